@@ -2,7 +2,7 @@
 
 For scripts and notebooks, with results as labelled arrays that have units: scenes (`load_scene`),
 runs (`run`, `read_run`), sweeps (`sweep`), the point level (`Conditions`, `simulate_points`),
-footprints, surfaces and wheels (`footprint`, `roughness`, `wheel`), and friction laws of one's own
+footprints, surfaces and wheels (`footprint`, `roughness`, `wheel`), and user friction laws
 (`Law` with `Contact`, `Surface`, `Response`). Each name is loaded when it is asked for.
 """
 

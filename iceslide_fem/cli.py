@@ -1,7 +1,7 @@
 """The command line: `iceslide run`, `sweep`, `ladder`, `info`, `view`, `report`, `footprint`,
 `wheel`, `formula`, `roughness`, `rubber`, `cases`, `doctor`, `app`.
 
-What a command does is in `commands`; here they are put together, and errors become exit codes.
+Commands are in `commands`. This module combines them, and converts errors to exit codes.
 """
 
 from __future__ import annotations
@@ -80,11 +80,10 @@ app.command("app")(on_one_process(page))
 def main(argv: Sequence[str] | None = None) -> NoReturn:
     """Run the command in `argv` (default: sys.argv) and exit.
 
-    Exit codes: 0 done, 2 wrong input, 3 the simulation could not go on, 4 it was asked to stop and
-    has left a checkpoint, 1 a fault of the program.
-    Under mpirun every rank does the same and rank 0 alone prints.
+    Exit codes: 0 done, 2 invalid input, 3 the simulation stopped, 4 stopped on request with a
+    checkpoint, 1 a fault of the program. Under mpirun every rank runs this, and only rank 0 prints.
     """
-    if argv is None and sys.getfilesystemencoding() == "ascii":  # names of files are UTF-8
+    if argv is None and sys.getfilesystemencoding() == "ascii":  # file names are UTF-8
         os.environ["PYTHONUTF8"] = "1"
         os.execv(sys.executable, sys.orig_argv)
     with patient_screen() as faults:
@@ -108,11 +107,11 @@ def _exit_code(argv: Sequence[str] | None) -> int:
             return int(end.code or 0)
         except IceslideError as error:
             print(f"iceslide: {error}", file=sys.stderr)
-            if rank() > 0:  # mpirun ends rank 0, perhaps before it has printed, when another fails
+            if rank() > 0:  # a failing rank makes mpirun end rank 0, perhaps before it prints
                 time.sleep(1.0)
             return error.exit_code
         except Exception:
-            traceback.print_exc(file=sys.__stderr__)  # also of the ranks that are silent
+            traceback.print_exc(file=sys.__stderr__)  # also on ranks that do not print
             stop_all_ranks(1)
             return 1
     return 0

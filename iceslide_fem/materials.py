@@ -1,4 +1,4 @@
-"""Material data for users' own scripts and laws: public names of `scene`."""
+"""Material data for user scripts and laws: public names of `scene`."""
 
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene.contact_table import ConstantContact, ContactTable

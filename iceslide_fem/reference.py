@@ -1,4 +1,4 @@
-"""Closed-form solutions of parts of the model: for tests, and for users to compare with.
+"""Closed-form solutions of parts of the model, for tests and comparisons.
 
 SI units; every function broadcasts over its arguments. K1, K2, K3 are the coefficients of the
 thesis's film equation dh/dt = K1/h - q_ice/(rho L) - K3 h^3.
@@ -27,7 +27,7 @@ from iceslide_fem.scene.materials import (
     Solid,
 )
 
-LAST_IMAGE = 6.0  # ierfc(6) is 1e-18: of images further away nothing is felt
+LAST_IMAGE = 6.0  # ierfc(6) is 1e-18: farther image sources are negligible
 
 
 def _arrays(*values: ArrayLike) -> list[Array]:
@@ -74,7 +74,7 @@ def balanced_film(K1: ArrayLike, K3: ArrayLike) -> Array:
 
 
 def step_flux(T_0: ArrayLike, t: ArrayLike) -> Array:
-    """Flux (W/m2) into a half-space at T_0 whose surface jumped to T_m at t = 0, (5.6)."""
+    """Flux (W/m2) into a half-space at T_0 whose surface jumps to T_m at t = 0, (5.6)."""
     T_0, t = _arrays(T_0, t)
     return ICE_CONDUCTIVITY * (MELTING_TEMPERATURE - T_0) / np.sqrt(np.pi * ICE_DIFFUSIVITY * t)
 
@@ -103,7 +103,7 @@ def layered_rise(
     """Surface temperature rise (K) of ice on a half-space of another solid, under constant flux.
 
     (2 q sqrt(t) / e_1) [1 / sqrt(pi) + 2 sum_{n >= 1} G^n ierfc(n d / sqrt(alpha_1 t))] with
-    G = (e_1 - e_2) / (e_1 + e_2), e = sqrt(lambda rho c) of the ice (1) and of what is below (2),
+    G = (e_1 - e_2) / (e_1 + e_2), e = sqrt(lambda rho c) of the ice (1) and of the solid below (2),
     ierfc(x) = exp(-x^2) / sqrt(pi) - x erfc(x): q in W/m2 from t = 0 s on, ice of depth d in m.
     Source: H. S. Carslaw and J. C. Jaeger, Conduction of Heat in Solids, 2nd ed., Oxford 1959.
     """
@@ -143,9 +143,10 @@ def flux_after_onset(q: ArrayLike, t_melt: ArrayLike, t: ArrayLike) -> Array:
 def melted_depth(q: ArrayLike, t_melt: ArrayLike, t: ArrayLike) -> Array:
     """Depth of ice (m) melted by constant q at a surface that is at T_m from t_melt on.
 
-    Friction heat less the integral of `flux_after_onset`, over rho L, for t >= t_melt:
+    Friction heat minus the integral of `flux_after_onset`, over rho L, for t >= t_melt:
+
     rho L s = q t - (2 q / pi) [t asin(sqrt(t_melt / t)) + sqrt(t_melt (t - t_melt))].
-    The surface does not move: a Stefan problem whose melt is thin beside the warm layer.
+    The surface does not move: a Stefan problem with melt much thinner than the warm layer.
     """
     q, t_melt, t = _arrays(q, t_melt, t)
     in_ice = t * np.arcsin(np.sqrt(t_melt / t)) + np.sqrt(t_melt * (t - t_melt))
@@ -190,12 +191,12 @@ def dry_softening_friction(
     softening: float,
     celsius: float,
 ) -> tuple[Array, Array, Array]:
-    """mu(t), its mean up to t, and the surface (degC) of dry rubber on a half-space of ice.
+    """mu(t), its mean up to t, and surface temperature (degC) of dry rubber on half-space ice.
 
     Without melting, for a stress tau_b = stress (T_m - T) / softening on ice that began at
-    `celsius`, not stronger than `stress`: with B = k stress v / softening and
-    x = B sqrt(alpha t) / lambda the surface's distance from T_m falls as erfcx(x) = exp(x^2)
-    erfc(x) (H. S. Carslaw, J. C. Jaeger, Conduction of Heat in Solids, 1959, 2.7).
+    `celsius`, not stronger than `stress`: with B = k stress v / softening and x = B sqrt(alpha t) /
+    lambda the surface's distance from T_m falls as erfcx(x) = exp(x^2) erfc(x) (H. S. Carslaw, J.
+    C. Jaeger, Conduction of Heat in Solids, 1959, 2.7).
 
     time (s), pressure (Pa), speed (m/s), stress (Pa), softening (K).
     """
@@ -207,21 +208,21 @@ def dry_softening_friction(
 
 
 def refrozen_height(q: ArrayLike, t_melt: ArrayLike, stop: ArrayLike, t: ArrayLike) -> Array:
-    """Height of water (m) at `t` on ice under the flux q (W/m2) until `stop` (s), and none then.
+    """Height of water (m) at `t` on ice under the flux q (W/m2) until `stop` (s), then without.
 
-    The surface stays at T_m until all has frozen, and so takes the flux of `flux_after_onset`:
-    `melted_depth` less q (t - stop) / (rho L). A front that moves into the ice is left out.
-    Negative where all has frozen before.
+    The surface stays at T_m until all water is frozen, so the ice takes the flux of
+    `flux_after_onset`: the height is `melted_depth` minus q (t - stop) / (rho L). The motion of the
+    freezing front is neglected. Negative after all water is frozen.
     """
     q, stop, t = _arrays(q, stop, t)
     return melted_depth(q, t_melt, t) - q * np.maximum(t - stop, 0.0) / MELTING_ENTHALPY
 
 
 def frozen_onto(undercooling: float, t: ArrayLike, moves: bool = False) -> Array:
-    """Height of water (m) at T_m that has frozen onto ice `undercooling` K below it, after t (s).
+    """Height of water (m) at T_m frozen onto ice `undercooling` K below T_m, after t (s).
 
-    s = 2 beta sqrt(alpha t), with beta = c dT / (L sqrt(pi)) below a surface that stays where it
-    is, and sqrt(pi) beta exp(beta^2) erfc(-beta) = c dT / L below one that `moves` into the water.
+    s = 2 beta sqrt(alpha t), with beta = c dT / (L sqrt(pi)) for a fixed surface, and sqrt(pi) beta
+    exp(beta^2) erfc(-beta) = c dT / L for a front that `moves` into the water.
     """
     stefan = ICE_HEAT_CAPACITY * undercooling / LATENT_HEAT
     beta = stefan / np.sqrt(np.pi)
@@ -237,11 +238,11 @@ def frozen_onto(undercooling: float, t: ArrayLike, moves: bool = False) -> Array
 def rise_before_pass(q: ArrayLike, time: ArrayLike, period: float, passes: int) -> Array:
     """Rise (K) of a half-space's surface after `passes` of a flux q (W/m2), before the next one.
 
-    Each takes the `time` (s) and begins a `period` (s) after the one before:
+    Each pass takes the `time` t_c (s) and begins a `period` (s) after the last one:
 
         dT = 2 q / (e sqrt(pi)) sum over passes of (sqrt(a) - sqrt(a - t_c)),
 
-    with a the time since each began.
+    with the time a since the start of each pass.
     """
     q, time = _arrays(q, time)
     since = period * np.arange(1, passes + 1)

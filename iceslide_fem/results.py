@@ -1,4 +1,4 @@
-"""Finished runs for users' own scripts: the public names of `postprocess.results`."""
+"""Finished runs for user scripts: the public names of `postprocess.results`."""
 
 from iceslide_fem.postprocess.results import Run, differences, field_files, field_parts, read_run
 

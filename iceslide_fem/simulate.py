@@ -1,4 +1,4 @@
-"""Run a scene from start to end and write what it gives: the entry point of cases and commands."""
+"""Run a scene from start to end and write its results: the entry point of cases and commands."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ from iceslide_fem.scene.notes import notes
 if TYPE_CHECKING:
     from iceslide_fem.runs.schedule import Schedule
 
-# What a run leaves that has not slid yet: nothing that could be missed.
+# Files of a run that has not yet reached sliding; they may be replaced.
 _WITHOUT_ROWS = {CHECKPOINT, "history.csv", "preload.csv", "stopped.txt", "log.jsonl", "fields"}
-_WITHOUT_ROWS |= {"report.html"}  # that says so
+_WITHOUT_ROWS |= {"report.html"}  # it reports this state
 
 
 def run(
@@ -46,13 +46,12 @@ def run(
 ) -> dict[str, Any]:
     """Run `scene`, write histories, summary, fields and report to `out`, return the summary.
 
-    Collective over all ranks of COMM_WORLD; where one rank fails alone, all are ended.
-    `petsc_options` are words as on PETSc's command line; `schedule` says when a slice or block
-    leaves checkpoints, and `resumed` is the one in `out` that it goes on from. `force`: replace
-    results of another scene or of an unfinished run that `out` holds. `pictures`: draw the report.
-    Raises SceneError where it may not write there, SimulationStopped where the run cannot go on,
-    Interrupted where it was asked to stop, OutputError where it cannot write; what was accepted is
-    written.
+    Collective over all ranks of COMM_WORLD; if one rank fails alone, all ranks end. petsc_options:
+    words as on PETSc's command line; schedule: times of checkpoints of a slice or block; resumed:
+    checkpoint in `out` to continue from; force: replace results in `out` of another scene or an
+    unfinished run; pictures: draw the report. Raises SceneError if it may not write to `out`,
+    SimulationStopped if the run cannot continue, Interrupted after a request to stop, OutputError
+    if it cannot write. Accepted steps are always written.
     """
     scene = resolved(scene)
     return (
@@ -63,7 +62,7 @@ def run(
 
 
 def kept_run(scene: Scene, directory: Path | str) -> Run:
-    """The whole run of exactly this scene by this program in `directory`: there, or made now."""
+    """The complete run of this scene by this program version in `directory`; run it if missing."""
     try:
         kept = read_run(directory)
     except SceneError:
@@ -76,7 +75,7 @@ def kept_run(scene: Scene, directory: Path | str) -> Run:
 
 
 def difference(scene: Scene, there: Mapping[str, Any], free: Sequence[str] = ()) -> str:
-    """The first key, but for those `free`, in which `scene` is not the one in a summary; or ""."""
+    """The first key, not in `free`, in which `scene` differs from that of a summary; or ""."""
     here, known = flat(scene.as_dict()), flat(there)
     keys = [key for key in {**here, **known} if here.get(key) != known.get(key)]
     changed = [key for key in keys if key not in free]
@@ -87,7 +86,7 @@ def difference(scene: Scene, there: Mapping[str, Any], free: Sequence[str] = ())
 
 
 def other_results(scene: Scene, out: Path) -> str | None:
-    """What the results in `out` are, unless a finished run of this scene or nothing of a run."""
+    """Description of results in `out`; None for a finished run of this scene, or no results."""
     history = out / "history.csv"
     rows = history.read_bytes().count(b"\n") - 1 if history.is_file() else 0
     if rows < 1 and not (out / "summary.json").is_file():
@@ -138,7 +137,7 @@ def _run_block(
                 print(f"Note: PETSc has not asked for the option {name}: it has no effect.")
         if stopped:
             raise stopped
-        # Only now: until everything is written, a kill must leave a way on.
+        # Last: until everything is written, a killed run must be able to continue.
         from_root(lambda: finish(out), comm)
     return summary
 
@@ -169,7 +168,7 @@ def _run_point(scene: Scene, out: Path, force: bool, pictures: bool) -> dict[str
 
 
 def _world() -> Any:
-    """The communicator of all ranks, or None where this process has been started alone."""
+    """The communicator of all ranks, or None for a single process."""
     if not started_by_mpirun():
         return None
     try:
@@ -183,7 +182,7 @@ def _world() -> Any:
 def _alone_in(
     out: Path, scene: Scene, force: bool, resumed: Checkpoint | None, comm: Any
 ) -> Iterator[None]:
-    """Keep `out` for this run, if it may write there. Collective; rank 0 holds the lock."""
+    """Lock `out` for this run, if it may write there. Collective; rank 0 holds the lock."""
     with ExitStack() as claim:
 
         def take() -> None:

@@ -1,4 +1,4 @@
-"""Sweeps for users' own scripts: the public names of `workflow.sweep`."""
+"""Sweeps for user scripts: the public names of `workflow.sweep`."""
 
 from iceslide_fem.workflow.sweep import (
     Cores,

@@ -1,6 +1,7 @@
-"""What the page may ask for, by name: each answer a function of the JSON it sends.
+"""Requests of the page by name: each answer is a function of the JSON that it sends.
 
-Texts of fields go in, numbers, tables and sentences come out; wrong input raises SceneError.
+Inputs are texts of fields; outputs are numbers, tables and sentences. Invalid input raises
+SceneError.
 """
 
 from __future__ import annotations
@@ -27,23 +28,23 @@ Asked = Mapping[str, Any]
 
 
 class Answers:
-    """Answers to one page: `start` are the texts of the scene it begins with, dotted keys."""
+    """Answers to one page; start: texts of its initial scene by dotted key."""
 
     def __init__(self, runs: Runs, start: Mapping[str, str], link: str = "") -> None:
-        """`link`: the state that the page is to show, as it stands behind # in its address."""
+        """`link`: initial state of the page, the part after # in its address."""
         self._runs = runs
         self._start = dict(start)
         self._link = link
-        self._meshing = threading.Lock()  # gmsh knows one model at a time
+        self._meshing = threading.Lock()  # gmsh has one model at a time
 
     @staticmethod
     def keys(name: str) -> list[str]:
-        """All names of fields that a sentence of the answer `name` may speak of."""
+        """All field names that messages of the answer `name` may contain."""
         own = {"line": line_case.KEYS, "wheel": wheel_case.KEYS}
         return own.get(name, [*form.keys(), "contact"])
 
     def by_name(self) -> dict[str, Callable[[Asked], Any]]:
-        """Name in the address -> the function that answers."""
+        """Name in the address -> answer function."""
         return {
             "start": self.start,
             "point": lambda asked: point.curves(_texts(asked)),
@@ -61,7 +62,7 @@ class Answers:
         }
 
     def start(self, asked: Asked) -> dict[str, Any]:
-        """What the page is made of: its fields, and the texts they begin with."""
+        """The fields of the page, and their initial texts."""
         return {
             "version": __version__,
             "fields": form.fields(),
@@ -78,7 +79,7 @@ class Answers:
         }
 
     def scene(self, asked: Asked) -> dict[str, Any]:
-        """Whether the fields are a scene; its file and its lines of Python."""
+        """Validate the scene in the fields; its file and its Python code."""
         texts = _texts(asked)
         scene = scene_of(texts)
         return {
@@ -99,7 +100,7 @@ class Answers:
             }
 
     def run(self, asked: Asked) -> dict[str, Any]:
-        """Start the scene, or go on with it: the number of its run."""
+        """Start or continue the scene; returns the number of its run."""
         scene = scene_of(_texts(asked))
         force, resume = asked.get("force") is True, asked.get("resume") is True
         return {"number": self._runs.start(scene, force, resume)}
@@ -127,7 +128,7 @@ def _texts(asked: Asked) -> dict[str, str]:
 
 
 def _words(asked: Asked, name: str, count: int) -> list[str]:
-    """So many texts of the entry `name`. Raises SceneError."""
+    """The `count` texts of the entry `name`. Raises SceneError."""
     value = asked.get(name)
     words = value if isinstance(value, list) else [value]
     if len(words) != count or not all(isinstance(word, str) for word in words):

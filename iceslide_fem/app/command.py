@@ -1,4 +1,4 @@
-"""What `iceslide app` does: an address of its own, the server, the browser."""
+"""Work of `iceslide app`: a private address, the server, the browser."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ WARNING = (
 
 
 def serve(scene: str | None, out: Path, host: str, port: int, browser: bool) -> None:
-    """Serve the page until Ctrl-C; runs that it has started end with it.
+    """Serve the page until Ctrl-C, which also ends its runs.
 
-    scene: file of the scene to begin with, or a link copied from a page. Raises SceneError if that,
-    the address or the folder of the runs cannot be used, or if a package is missing.
+    scene: file of the initial scene, or a link copied from a page. Raises SceneError if the scene,
+    the address or the folder of the runs is unsuitable, or if a package is missing.
     """
     try:
         import uvicorn
@@ -68,7 +68,7 @@ def serve(scene: str | None, out: Path, host: str, port: int, browser: bool) -> 
 
 
 def _listen(host: str, port: int) -> socket.socket:
-    """A socket that listens there. Raises SceneError."""
+    """A listening socket. Raises SceneError."""
     try:
         family, kind, protocol, _, where = socket.getaddrinfo(
             host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
@@ -84,7 +84,7 @@ def _listen(host: str, port: int) -> socket.socket:
 
 
 def _names(host: str) -> list[str]:
-    """What a request may call this machine: itself, and with another `host` its addresses, too."""
+    """Allowed host names in requests: local ones, and with another `host` its addresses."""
     names = ["localhost", HOME]
     if host != HOME:
         addresses = [each.address for all in psutil.net_if_addrs().values() for each in all]
@@ -93,12 +93,12 @@ def _names(host: str) -> list[str]:
 
 
 def _shown(host: str) -> str:
-    """The host in an address that this machine's browser can open."""
+    """The host for this machine's browser."""
     if host in ("0.0.0.0", "::", ""):
         return HOME
     return f"[{host}]" if ":" in host else host
 
 
 def _has_screen() -> bool:
-    """Whether a browser that opens takes no terminal."""
+    """Whether a graphical browser can open."""
     return sys.platform != "linux" or any(os.environ.get(n) for n in ("DISPLAY", "WAYLAND_DISPLAY"))

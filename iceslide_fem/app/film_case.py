@@ -1,4 +1,4 @@
-"""What tabs whose case is no scene share: texts read as a scene's are, films, sliders."""
+"""Common parts of the tabs line and wheel: validated texts, films, sliders."""
 
 from __future__ import annotations
 
@@ -20,8 +20,10 @@ Pressure = Annotated[float, Quantity("Pa", "0.1 bar", "100 bar"), Number]
 
 
 class FilmCase(BaseModel):
-    """Films of the height initial_height (m) on ice of ice_temperature (K), and dry contact of a
-    dry_stress (Pa, 0 for none; dry_softening and dry_residual in K).
+    """Films and dry contact of a tab.
+
+    initial_height: m; ice_temperature: K; dry_stress: Pa, 0 for none; dry_softening, dry_residual:
+    K.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -39,7 +41,7 @@ class FilmCase(BaseModel):
 
     @classmethod
     def of(cls, texts: Texts) -> Self:
-        """The case of the texts that are not empty. Raises SceneError with one sentence."""
+        """The case from the non-empty texts. Raises SceneError."""
         given = {key: text.strip() for key, text in texts.items() if text.strip()}
         try:
             return cls.model_validate(given)
@@ -55,7 +57,7 @@ class FilmCase(BaseModel):
 
     @property
     def film_words(self) -> dict[str, object]:
-        """Options of a command, without their hyphens, that give the same films."""
+        """Command options (without hyphens) of the same films."""
         words: dict[str, object] = {"initial-height": self.initial_height}
         dry = self.dry_shear
         if dry.stress is not None:
@@ -75,7 +77,7 @@ def slider_of(
     shift: float = 0.0,
     zero: bool = False,
 ) -> Slider:
-    """A slider that begins where `case` does; of a key without a value, with the ice."""
+    """A slider with the value of `case` at its start; without a value, that of the ice."""
     fields = case.model_fields
     default = fields[key].default
     start = fields["ice_temperature"].default if default is None else default

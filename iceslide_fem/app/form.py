@@ -1,4 +1,4 @@
-"""Fields and sliders of the page: keys of a scene, and which of them a sentence speaks of."""
+"""Fields and sliders of the page: keys of a scene, and keys named in messages."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ Texts = Mapping[str, str]
 
 
 class Slider(NamedTuple):
-    """Slider of the field `key`, from `low` to `high` in `unit`; `start` is where it stands first.
+    """Slider of the field `key`, from `low` to `high` in `unit`, with the initial value `start`.
 
-    SI = `scale` x value + `shift`; log: on a logarithmic scale; zero: the lowest place is 0 instead
-    of `low`. A text may leave the slider's range, within that of the key itself.
+    SI = `scale` x value + `shift`; log: logarithmic scale; zero: its lowest position is 0 instead
+    of `low`. A typed text may exceed the slider's range, within the range of the key.
     """
 
     key: str
@@ -39,7 +39,7 @@ class Slider(NamedTuple):
     zero: bool = False
 
     def text(self, value: float) -> str:
-        """`value`, in the slider's unit, as one would type it."""
+        """`value`, in the slider's unit, as a user types it."""
         return f"{value:g} {self.unit}".strip()
 
     def si(self, value: Array) -> Array:
@@ -52,15 +52,15 @@ class Slider(NamedTuple):
         return np.asarray(space(self.low, self.high, count))
 
     def described(self) -> dict[str, Any]:
-        """What the page needs to draw it."""
+        """Data of the page to draw it."""
         return self._asdict() | {"text": self.text(self.start)}
 
 
 def fields() -> list[dict[str, Any]]:
-    """Every key of a scene, in the order of the model: what the page needs to make a field of it.
+    """Data of a field for every key of a scene, in the order of the model.
 
-    key; kind: text, choice or switch; choices; unit; low and high as a person types them; default:
-    as shown where the field is empty; required.
+    key; kind: text, choice or switch; choices; unit; low and high as a user types them; default:
+    shown in an empty field; required.
     """
     return [_field(key, field) for key, field in _leaves(Scene)]
 
@@ -71,7 +71,7 @@ def keys() -> list[str]:
 
 
 def tables(texts: Texts) -> dict[str, Any]:
-    """Nested tables of the dotted keys whose text is not empty, each read as `--set` reads it."""
+    """Nested tables from non-empty texts of dotted keys, parsed as by `--set`."""
     data: dict[str, Any] = {}
     for key, text in texts.items():
         if text.strip():
@@ -80,12 +80,12 @@ def tables(texts: Texts) -> dict[str, Any]:
 
 
 def scene_of(texts: Texts) -> Scene:
-    """The scene that the fields describe. Raises SceneError with the command line's sentence."""
+    """The scene of the fields. Raises SceneError as the command line."""
     return scene_from_dict(tables(texts))
 
 
 def texts_of(data: Mapping[str, Any], prefix: str = "") -> dict[str, str]:
-    """The reverse of `tables`: dotted key -> text. Lists and probes are written as TOML."""
+    """Inverse of `tables`: dotted key -> text. Lists and probes are TOML."""
     found: dict[str, str] = {}
     for name, value in data.items():
         key = prefix + name
@@ -97,10 +97,10 @@ def texts_of(data: Mapping[str, Any], prefix: str = "") -> dict[str, str]:
 
 
 def named_in(sentence: str, known: list[str]) -> list[str]:
-    """Those of the `known` keys that a sentence speaks of, as `load.pressure` or `--speed`.
+    """Those of the `known` keys that a sentence names, as `load.pressure` or `--speed`.
 
-    Where it names none in full, its first word may be a table, "film has k only", and the others
-    keys in it.
+    Without a full name its first word may be a table ("film has k only"), and other words keys in
+    it.
     """
     found = [
         key
@@ -150,7 +150,7 @@ def _field(key: str, field: Any) -> dict[str, Any]:
 
 
 def _default(value: Any, quantity: Quantity | None) -> str:
-    """A default as one would type it; temperatures in degrees Celsius."""
+    """A default as a user types it; temperatures in degrees Celsius."""
     if value is None or value == {}:
         return ""
     if quantity is not None and quantity.unit == "K":
@@ -180,7 +180,7 @@ def _toml(value: Any) -> str:
 
 
 def checked_texts(values: Any) -> dict[str, str]:
-    """What the page has sent, if it is a table of texts. Raises SceneError."""
+    """Validate data of the page as a table of texts. Raises SceneError."""
     if not isinstance(values, dict):
         raise SceneError("fields are a table of texts")
     for key, text in values.items():

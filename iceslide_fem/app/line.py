@@ -49,7 +49,7 @@ OF_PICTURE = ("length", "image", "max_pressure", "legend", "crop", "row")
 
 
 def described() -> dict[str, Any]:
-    """What the page needs to make the fields; only: which choices a field has a meaning with."""
+    """Data of the fields for the page; only: choices with which a field has an effect."""
     return {
         "sliders": [slider.described() for slider in SLIDERS],
         "texts": [
@@ -76,10 +76,10 @@ def described() -> dict[str, Any]:
 
 
 def curves(texts: Texts) -> dict[str, Any]:
-    """Everything that the tab shows. Raises SceneError, SimulationStopped.
+    """All content of the tab. Raises SceneError, SimulationStopped.
 
-    series over x (mm): pressure (bar), flux (W/m2), temperature (degC), mu, state by its name; with
-    the film law its temperature and mu. notes: sentences on what is in doubt.
+    series over x (mm): pressure (bar), flux (W/m2), temperature (degC), mu, state; with the film
+    law its temperature and mu; notes: warnings.
     """
     case = LineCase.of(texts)
     pressure, dx = case.pressure()

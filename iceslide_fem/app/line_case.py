@@ -1,4 +1,4 @@
-"""What the tab of the macroscopic line is asked for: its keys, their ranges, and its pressure."""
+"""Input of the tab of the macroscopic line: keys, ranges, and pressure."""
 
 from __future__ import annotations
 
@@ -30,10 +30,9 @@ Conductivity = Annotated[float, Quantity("W/m/K", "0.01 W/m/K", "1000 W/m/K"), N
 class LineCase(FilmCase):
     """Every parameter of the line; SI. Its keys are the fields of the page.
 
-    profile: where the pressure comes from. length (m), peak (Pa) and sigma (m) of a Gaussian; file:
-    a profile as CSV; image with colours and `row`, the fraction of its height from below: of a
-    picture.
-    film_law: whether that is computed along the line, too.
+    profile: source of the pressure. length (m), peak (Pa) and sigma (m): of a Gaussian; file: a
+    profile as CSV; image, colours and `row` (fraction of its height from below): of a picture;
+    film_law: whether to compute the film law along the line.
     """
 
     profile: Literal["gaussian", "file", "picture"] = "gaussian"
@@ -74,7 +73,7 @@ class LineCase(FilmCase):
 
     @property
     def parameters(self) -> Macroscopic:
-        """What the model takes beside the pressure."""
+        """Parameters of the model besides the pressure."""
         ice = Solid(self.ice_conductivity, self.ice_density, self.ice_heat_capacity)
         return Macroscopic(
             speed=self.speed,
@@ -116,7 +115,7 @@ class LineCase(FilmCase):
 def _pressures(
     image: Path, changed: float, length: float, max_pressure: float, legend: Any, crop: Any
 ) -> tuple[Array, float]:
-    """Pressures of a picture that was `changed` then; a line does not see its width."""
+    """Pressures of a picture, cached by its time `changed`; a line does not use its width."""
     values = {"image": image, "length": length, "width": length, "max_pressure": max_pressure}
     case = FootprintCase.of(values | {"legend": legend, "crop": crop})
     found = read_footprint(case).pressure_map

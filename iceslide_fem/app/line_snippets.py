@@ -1,4 +1,4 @@
-"""What computes the line of the page elsewhere: a command and lines of Python."""
+"""A command and Python code that compute the line of the page."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from iceslide_fem.app.snippets import command, joined, strength_lines
 
 
 def line_command(case: LineCase) -> str:
-    """The command line that computes the same line; its model by the other source comes along."""
+    """Command that computes the same line (and also the model with the other heat source)."""
     p = case.parameters
     words: dict[str, object] = {}
     source = ""
@@ -94,7 +94,7 @@ print(line.mu_mean)
 
 
 def _film_lines(case: LineCase) -> str:
-    """Lines of Python that compute the film law along the line, after those of the line."""
+    """Additional Python code for the film law along the line."""
     before, strength = strength_lines(case.dry_shear)
     return f"""
 {before}from iceslide_fem.scene.materials import CONTACT_TABLES, MELTING_TEMPERATURE

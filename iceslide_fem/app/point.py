@@ -1,6 +1,6 @@
 """The tab of the point: friction over time under one pressure, and a map of it over two parameters.
 
-What is drawn is what `iceslide run` computes of the same scene with `model = "point"`.
+The curves equal those of `iceslide run` for the same scene with `model = "point"`.
 """
 
 from __future__ import annotations
@@ -46,22 +46,22 @@ SLIDERS = (
 )
 DRY_STRESS, *SOFTENING = (slider.key for slider in SLIDERS if slider.key.startswith("film.dry_"))
 CONSTANTS = ("film.k", "film.D", "film.H_V")
-# Where k, D and H_V come from: the compound's table, the three sliders, a file.
+# Source of k, D and H_V: the compound's table, the three sliders, or a file.
 CONTACTS = ("compound B", "constants", "table")
 NUMBERS = "mu_mean mu_peak mu_peak_time_s mu_end melt_onset_s saturation_s steps".split()
 QUANTITIES = {"mu_mean": "mean μ", "mu_peak": "peak μ", "mu_end": "μ at the end"}
-# Names of the sliders among the conditions of a point.
+# Sliders -> names of conditions of a point.
 CONDITIONS = {slider.key: slider.key.rpartition(".")[2] for slider in SLIDERS}
-TOLERANCE = "5e-3"  # of mu(t): below what a line's width shows
+TOLERANCE = "5e-3"  # of mu(t): below the width of a line
 MAP_SIZE = 21  # values along each side of a map
 MAP_TOLERANCE = 1e-2
 
 
 def scene_texts(texts: Texts) -> dict[str, str]:
-    """The texts of the tab as those of a scene: a point, and of k, D and H_V what is chosen.
+    """The texts of the tab as texts of a point scene, with the chosen k, D and H_V.
 
-    A stress of dry contact of 0 is none, and none or a table of it does not soften by a number.
-    Raises SceneError if the choice is none of `CONTACTS`.
+    A dry stress of 0 means none. Without a dry stress, or with a table of it, softening is removed.
+    Raises SceneError if the choice is not in `CONTACTS`.
     """
     contact = texts.get("contact", CONTACTS[0])
     if contact not in CONTACTS:
@@ -77,7 +77,7 @@ def scene_texts(texts: Texts) -> dict[str, str]:
 
 
 def curves(texts: Texts) -> dict[str, Any]:
-    """Curves over time (ms) with the ice's conduction resolved, and all that is said of them.
+    """Curves over time (ms) with resolved conduction in the ice, and their texts.
 
     values: of the sliders, SI. Raises SceneError, SimulationStopped.
     """
@@ -95,7 +95,7 @@ def curves(texts: Texts) -> dict[str, Any]:
 
 
 def half_space_curves(texts: Texts) -> dict[str, Any]:
-    """The same point with the closed-form flux of the thesis, (5.6), beside it; and that flux."""
+    """Curves of the same point with the thesis's closed-form flux (5.6), and this flux."""
     scene = _constant(scene_texts(texts) | {"ice.heat": "half-space"})
     rows, results = point_history(scene)
     return {
@@ -140,7 +140,7 @@ def map_result(scene: Scene, x: Slider, y: Slider) -> PointResult:
 
 
 def _constant(texts: Texts) -> Scene:
-    """The scene of the texts, whose load has one pressure and one speed: what sliders can show."""
+    """The scene of the texts; it must have a constant pressure and speed for the sliders."""
     scene = scene_of(texts)
     for name, course in (("pressure", scene.load.pressures), ("speed", scene.load.speeds)):
         if not course.is_constant:
@@ -151,7 +151,7 @@ def _constant(texts: Texts) -> Scene:
 
 
 def _slider(key: str, texts: Texts) -> Slider:
-    """The slider of `key`, if it moves anything."""
+    """The slider of `key`. Raises SceneError if it has no effect."""
     free = [s for s in SLIDERS if s.key not in CONSTANTS or texts.get("contact") == "constants"]
     found = next((slider for slider in free if slider.key == key), None)
     if found is None:
@@ -162,7 +162,7 @@ def _slider(key: str, texts: Texts) -> Slider:
 
 
 def _series(scene: Scene, rows: list[HistoryRow]) -> dict[str, list[float]]:
-    """Curves over the rows of a history; fluxes (W/m2) are means over each step, at its middle."""
+    """Curves from a history; fluxes (W/m2) are means over a step, at its middle."""
     columns = map(np.array, zip(*rows, strict=True))
     table = dict(zip(rows[0]._fields, columns, strict=True))
     step = np.diff(table["time_s"])
@@ -190,9 +190,7 @@ def _closed_form(scene: Scene) -> dict[str, list[float]]:
 
 
 def _values(scene: Scene) -> dict[str, float]:
-    """SI values at which the sliders stand, where numbers do; k, D and H_V as they hold at the
-    pressure.
-    """
+    """SI values of the sliders with numbers; k, D and H_V are those at the pressure."""
     here = scene_conditions(scene)._asdict() | {"duration": [scene.load.duration]}
     film = scene.film
     numbers = {key: getattr(film, name) for key, name in CONDITIONS.items() if name not in here}
@@ -202,7 +200,7 @@ def _values(scene: Scene) -> dict[str, float]:
 
 
 def _number(text: str) -> float | None:
-    """The number, 0 or in Pa, that a text is; 0 of an empty one, None of anything else."""
+    """Number of a text, 0 or in Pa; 0 for an empty text, None for other texts."""
     try:
         return float(text.strip() or 0.0)
     except ValueError:

@@ -1,7 +1,7 @@
-"""Runs that the page has started: each a process of its own, `iceslide run` as by hand.
+"""Runs started by the page: each is a separate process of `iceslide run`.
 
-A run ends with who asked for it: with the page that watches it, with the server, and with both
-however they end. It is asked to stop (SIGTERM) and keeps what it has accepted.
+A run stops when its page or the server ends, in any way. It gets SIGTERM and keeps its accepted
+steps.
 """
 
 from __future__ import annotations
@@ -31,17 +31,17 @@ from iceslide_fem.simulate import other_results
 from iceslide_fem.workflow.sweep.outcome import SENTENCE
 from iceslide_fem.workflow.sweep.processes import write_scene
 
-SECONDS_TO_STOP = 60.0  # for a step that is under way, and its checkpoint
-SECONDS_UNWATCHED = 5.0  # that a page may take to be loaded again
+SECONDS_TO_STOP = 60.0  # for the present step and a checkpoint
+SECONDS_UNWATCHED = 5.0  # time for a page to reload
 MOST_AT_A_TIME = 2
 
 
 @dataclass
 class StartedRun:
-    """A run of `scene` in `folder`, and what its process says, in `log`.
+    """A run of `scene` in `folder`, with the output of its process in `log`.
 
-    begun: by the system's clock (s), to tell its files from older ones; watchers: pages that
-    follow it, and since when there is none.
+    begun: system time of its start, s, to distinguish its files from older ones; watchers: number
+    of pages that follow it, and the time since there are none.
     """
 
     scene: Scene
@@ -54,16 +54,15 @@ class StartedRun:
     asked_to_stop: bool = False
 
     def stop(self) -> None:
-        """Ask it to stop; the second time it ends at once."""
+        """Request a stop; a second request ends it immediately."""
         if self.process.poll() is None:
             self.asked_to_stop = True
             self.process.terminate()
 
     def progress(self, known: int = 0) -> dict[str, Any]:
-        """How far it has come: state, phase, fraction of the duration (0 to 1), what it said last.
+        """Progress: state, phase, fraction of the duration (0 to 1), last output.
 
-        rows: sliding time (ms), without rests between passes, and mu of the accepted steps from the
-        `known`-th on.
+        rows: sliding time (ms) without rests, and mu, of accepted steps from the `known`-th on.
         """
         rows = self._rows("history.csv")
         code = self.process.poll()
@@ -91,14 +90,14 @@ class StartedRun:
         return "cancelled" if self.asked_to_stop else "failed"
 
     def _before_sliding(self) -> str:
-        """Press or speed ramp, as far as that has come."""
+        """Progress of the press or the speed ramp."""
         path = self.folder / "preload.csv"
         if not self._is_new(path):
             return "starting"
         return "speed ramp" if "\nramp," in path.read_text(encoding="utf-8") else "pressing"
 
     def report(self) -> Path | None:
-        """The page that the run has left of itself, else its picture, else None."""
+        """The report page of the run, else its picture, else None."""
         found = (self.folder / name for name in ("report.html", "report.png"))
         return next((path for path in found if self._is_new(path)), None)
 
@@ -109,7 +108,7 @@ class StartedRun:
             return False
 
     def _rows(self, name: str) -> list[tuple[float, float]]:
-        """Sliding time (s) and mu of the whole rows of the history."""
+        """Sliding time (s) and mu of complete rows of the history."""
         path = self.folder / name
         if not self._is_new(path):
             return []
@@ -127,23 +126,23 @@ class StartedRun:
 
 
 class Runs:
-    """All runs of one server, by number; `close` ends those that are left."""
+    """All runs of one server by number; `close` ends those still running."""
 
     def __init__(self, base: Path) -> None:
-        """Runs whose folders lie in `base`."""
+        """Runs with folders in `base`."""
         self._base = base
         self._started: dict[int, StartedRun] = {}
         self._lock = threading.Lock()
         self._scenes = tempfile.TemporaryDirectory(prefix="iceslide-app-")
 
     def folder(self, scene: Scene) -> Path:
-        """Where `scene` is run."""
+        """Output folder of `scene`."""
         return self._base / scene.name
 
     def start(self, scene: Scene, force: bool, resume: bool) -> int:
-        """Run `scene`, or go on with it; its number.
+        """Start or continue `scene`; returns its number.
 
-        Raises SceneError if its folder may not be written to, or if too many are running.
+        Raises SceneError if its folder is not writable, or if too many runs are active.
         """
         out = self.folder(scene)
         with self._lock:
@@ -171,7 +170,7 @@ class Runs:
         words += ["--restart", str(out)] if resume else [str(file), "--out", str(out)]
         words += ["--force"] if force and not resume else []
         words += ["--checkpoint-every", "5"]
-        begun = 0.0 if resume else time.time() - 0.01  # clocks of file systems are coarse
+        begun = 0.0 if resume else time.time() - 0.01  # file times are coarse
         with open(log, "wb") as said:
             process = subprocess.Popen(
                 words,
@@ -179,26 +178,26 @@ class Runs:
                 stdout=said,
                 stderr=said,
                 env=environment_of_one(),
-                start_new_session=True,  # Ctrl-C is the server's
+                start_new_session=True,  # Ctrl-C goes to the server only
             )
         return StartedRun(scene, out, process, log, begun)
 
     def get(self, number: int) -> StartedRun:
-        """The run of that number. Raises SceneError if there is none."""
+        """The run with this number. Raises SceneError if there is none."""
         try:
             return self._started[number]
         except KeyError:
             raise SceneError(f"there is no run {number}") from None
 
     def stop_unwatched(self) -> None:
-        """Ask all runs to stop that no page has followed for a while."""
+        """Stop runs that no page has followed for a while."""
         for run in list(self._started.values()):
             alone = run.watchers == 0 and not run.asked_to_stop
             if alone and time.monotonic() - run.unwatched_since > SECONDS_UNWATCHED:
                 run.stop()
 
     def close(self) -> None:
-        """Ask all that run to stop, wait for what they keep, and remove the scene files."""
+        """Stop all active runs, wait for their output, and remove the scene files."""
         running = [run for run in self._started.values() if run.process.poll() is None]
         for run in running:
             if not run.asked_to_stop:
@@ -213,7 +212,7 @@ class Runs:
 
 
 def _sentence(said: str) -> str:
-    """What the command said last."""
+    """The last message of the command."""
     lines = [line.strip() for line in said.splitlines() if line.strip()]
     told = [line for line in lines if line.startswith(SENTENCE)]
     return (told or lines or [""])[-1].removeprefix(SENTENCE)

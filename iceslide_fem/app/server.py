@@ -1,9 +1,9 @@
-"""The page's server: who may ask, what is answered. Nothing is computed here.
+"""The page's server: access and routing, without computation.
 
-Every address begins with a random token; every other one is refused, and so is a request for
-another host than this one (a page elsewhere whose name was made to lead here). What the page asks
-for is a POST of JSON to `api/NAME`; wrong input is answered with 422, the command line's sentence
-and the keys it speaks of.
+Every valid address begins with a random token; other addresses are refused. A request with another
+host name is also refused (protection against DNS rebinding). Requests of the page are POSTs of JSON
+to `api/NAME`. Invalid input is answered with 422, the command line's message, and the keys that it
+names.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ SECONDS_BETWEEN_NEWS = 0.25
 REFUSED = (
     "This is not the address of a running page: open the one that `iceslide app` has printed.\n"
 )
-# Nothing is fetched from elsewhere, and nobody learns the address. Charts set styles themselves.
+# Nothing is fetched from elsewhere, and the address is not sent anywhere. Charts set inline styles.
 HEADERS = {
     "Content-Security-Policy": "default-src 'self'; style-src 'self' 'unsafe-inline'; "
     "img-src 'self' data: blob:; frame-ancestors 'self'; form-action 'none'; base-uri 'none'",
@@ -56,7 +56,7 @@ HEADERS = {
     "Cache-Control": "no-store",
     "Cross-Origin-Resource-Policy": "same-origin",
 }
-# A report holds all it needs, scripts too; it fetches nothing and may send nothing.
+# A report is self-contained, with scripts; it fetches and sends nothing.
 REPORT_POLICY = (
     "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval' blob:; img-src data: blob:; "
     "style-src 'unsafe-inline'; font-src data:; worker-src blob:; frame-ancestors 'self'; "
@@ -91,7 +91,7 @@ class Guard:
 
 
 def application(token: str, answers: Answers, runs: Runs, hosts: Sequence[str]) -> Starlette:
-    """The ASGI application of one page. `hosts`: names that a request may call this machine by."""
+    """The ASGI application of one page. `hosts`: allowed host names in requests."""
 
     def asked(name: str, answer: Answer) -> Callable[[Request], Any]:
         async def endpoint(request: Request) -> Response:
@@ -132,7 +132,7 @@ def application(token: str, answers: Answers, runs: Runs, hosts: Sequence[str]) 
 
 
 async def _answered(request: Request, answer: Answer, keys: list[str]) -> Response:
-    """The answer as JSON, or 422 with a sentence and the keys it speaks of."""
+    """The answer as JSON, or 422 with a message and the keys that it names."""
     if request.headers.get("content-type", "").partition(";")[0] != "application/json":
         return JSONResponse({"sentence": "only JSON is answered", "keys": []}, 415)
     body = b""
@@ -156,14 +156,14 @@ async def _answered(request: Request, answer: Answer, keys: list[str]) -> Respon
 
 
 def _hear_signals() -> None:
-    """gmsh, called in another thread, leaves the system's own handlers behind."""
+    """Restore signal handlers: gmsh in another thread resets them."""
     if "gmsh" in sys.modules:
         for number in (signal.SIGTERM, signal.SIGINT, signal.SIGPIPE):
             signal.signal(number, signal.getsignal(number))
 
 
 async def _news(request: Request, runs: Runs) -> AsyncIterator[str]:
-    """Progress of a run as server-sent events, until it has ended; whoever reads it watches."""
+    """Progress of a run as server-sent events until it ends; a reader counts as a watcher."""
     try:
         run = runs.get(request.path_params["number"])
     except IceslideError as error:
@@ -195,7 +195,7 @@ async def _stop_unwatched(runs: Runs) -> None:
 
 
 def _report(runs: Runs, number: int) -> Response:
-    """The report of a run, that and nothing else of its folder."""
+    """The report of a run; no other file of its folder is served."""
     try:
         path = runs.get(number).report()
     except IceslideError as error:

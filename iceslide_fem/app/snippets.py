@@ -1,4 +1,4 @@
-"""What reproduces a picture of the page elsewhere: lines of Python, and a command line."""
+"""Python code and commands that reproduce a picture of the page."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Tables = Mapping[str, Any]
 
 
 def point_lines(tables: Tables) -> str:
-    """Lines that compute the history of a point."""
+    """Python code for the history of a point."""
     return f"""\
 from iceslide_fem.runs.point import point_history
 from iceslide_fem.scene import scene_from_dict
@@ -36,7 +36,7 @@ def map_lines(
     tolerance: float,
     quantity: str,
 ) -> str:
-    """Lines that compute a map over two sliders; `names` are those of a point's conditions."""
+    """Python code for a map over two sliders; names: of a point's conditions."""
     x, y = along
     return f"""\
 import numpy as np
@@ -60,7 +60,7 @@ z = found.{quantity}.reshape(x.shape)
 
 
 def run_lines(tables: Tables, out: str) -> str:
-    """Lines that run a scene into the folder `out`."""
+    """Python code that runs a scene with results in `out`."""
     return f"""\
 from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.simulate import run
@@ -71,7 +71,7 @@ summary = run(scene, {out!r})
 
 
 def command(words: str, options: Mapping[str, object]) -> str:
-    """A command line of `words` and options by their names, one a line."""
+    """A command of `words` and named options, one per line."""
     lines = (f"    --{name} {shlex.quote(str(value))}" for name, value in options.items())
     return " \\\n".join([words, *lines])
 
@@ -82,7 +82,7 @@ def joined(*values: float) -> str:
 
 
 def strength_lines(dry: DryShear) -> tuple[str, str]:
-    """An import, and the expression of Python for the strength of dry contact."""
+    """Import and Python expression of the strength of dry contact."""
     if dry.stress is None:
         return "", "None"
     imported = "from iceslide_fem.scene.dry_shear import DryShear\n"

@@ -38,7 +38,7 @@ OF_BLOCKS = ("pitch", "groove")
 
 
 def described() -> dict[str, Any]:
-    """What the page needs to make the fields; only: which choices a field has a meaning with."""
+    """Data of the fields for the page; only: choices with which a field has an effect."""
     return {
         "sliders": [slider.described() for slider in SLIDERS],
         "texts": [],
@@ -55,11 +55,10 @@ def described() -> dict[str, Any]:
 
 
 def curves(texts: Texts) -> dict[str, Any]:
-    """Everything that the tab shows. Raises SceneError, SimulationStopped.
+    """All content of the tab. Raises SceneError, SimulationStopped.
 
     series over the slip ratio: mu; sliding, melting, saturated: fractions of the contact;
-    temperature (degC) and film (nm) where it slides, None where nothing does. notes: sentences on
-    what is in doubt.
+    temperature (degC) and film (nm) of sliding contact, None without any; notes: warnings.
     """
     case = WheelLine.of(texts)
     points = friction(case.footprint(), *case.wheel)
@@ -87,7 +86,7 @@ def _number(value: float) -> float | None:
 
 
 def _doubts(case: WheelLine, points: list[SlipPoint]) -> list[str]:
-    """Slip ratios at which nothing melts below a law that has no dry friction."""
+    """Warning of slip ratios without melting under a law without dry friction."""
     solid = [point.slip for point in points if point.slip > 0.0 and point.melting == 0.0]
     if case.dry_shear.stress is not None or not solid:
         return []

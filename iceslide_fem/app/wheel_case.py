@@ -1,4 +1,4 @@
-"""What the tab of the wheel is asked for: its keys, their ranges, and what rolls and rubs."""
+"""Input of the tab of the wheel: keys, ranges, wheel and friction law."""
 
 from __future__ import annotations
 
@@ -26,21 +26,20 @@ from iceslide_fem.scene.materials import (
 from iceslide_fem.scene.units import Quantity
 
 COMPOUND = "B"
-HEIGHT = 8e-3  # m, of the tread whose stiffness G / H the slider begins with
-CELLS = 20  # along the patch: a redraw takes below 150 ms
-PHASES = 5  # of a pattern: so does one of blocks
-# Slip ratios, closer where a wheel hardly slips: there dry contact has its peak.
+HEIGHT = 8e-3  # m, height of the tread whose stiffness G / H is the slider's initial value
+CELLS = 20  # along the patch; a redraw takes less than 150 ms
+PHASES = 5  # of a pattern, with the same time
+# Slip ratios, denser at low slip, where dry contact has its peak.
 SLIPS = tuple(round((i / 20) ** 2, 4) for i in range(21))
-TOLERANCE = 2e-2  # of the films: the cells decide the error of the curve
+TOLERANCE = 2e-2  # of the films; the cells dominate the error of the curve
 
 
 class WheelLine(FilmCase):
     """A wheel on one line of its footprint; SI. Its keys are the fields of the page.
 
-    profile: even pressure over the length (m) of the patch, or a Gaussian whose largest pressure
-    (Pa) it is, with a standard deviation sigma (m). speed: of the vehicle (m/s). stiffness: shear
-    stress over displacement of the tread's surface (Pa/m). tread: slick, or blocks with a pitch and
-    grooves (m).
+    profile: uniform pressure (Pa) over the length (m) of the patch, or a Gaussian with this peak
+    and the standard deviation sigma (m). speed: of the vehicle, m/s; stiffness: shear stress over
+    displacement of the tread's surface, Pa/m; tread: slick, or blocks with pitch and groove, m.
     """
 
     profile: Literal["even", "gaussian"] = "even"
@@ -74,7 +73,7 @@ class WheelLine(FilmCase):
         return self
 
     def footprint(self, cells: int = CELLS) -> PressureMap:
-        """One line of so many `cells`."""
+        """One line with this number of `cells`."""
         pressure = np.full(cells, self.pressure)
         if self.profile == "gaussian":
             _, pressure = gaussian_profile(self.length, self.pressure, cells, self.sigma)
@@ -82,8 +81,10 @@ class WheelLine(FilmCase):
 
     @property
     def wheel(self) -> tuple[list[Rolling], Tread, FilmContact]:
-        """What `friction` takes beside the footprint: the wheel at `SLIPS`, from rolling freely to
-        locked, its tread, and the film law with the compound's table.
+        """Arguments of `friction` besides the footprint.
+
+        They are the wheel at `SLIPS`, from free rolling to locked, its tread, and the film law with
+        the compound's table.
         """
         pattern = Pattern(self.pitch, self.groove, PHASES) if self.tread == "blocks" else None
         ride = Ride(

@@ -1,17 +1,17 @@
-"""What computes the friction of the page's wheel elsewhere: a command and lines of Python."""
+"""A command and Python code that compute the friction of the page's wheel."""
 
 from __future__ import annotations
 
 from iceslide_fem.app.snippets import command, joined, strength_lines
 from iceslide_fem.app.wheel_case import CELLS, COMPOUND, PHASES, SLIPS, TOLERANCE, WheelLine
 
-EVEN = 5.0  # m, standard deviation of a Gaussian that is even over any patch
+EVEN = 5.0  # m, standard deviation of a Gaussian that is uniform over any patch
 
 
 def wheel_command(case: WheelLine) -> str:
-    """The command line that computes the same wheel, on the finer pixels of the command.
+    """Command that computes the same wheel, on the finer pixels of the command.
 
-    Even pressure is a Gaussian there that is much wider than the patch.
+    There a uniform pressure is a Gaussian much wider than the patch.
     """
     sigma = case.sigma if case.profile == "gaussian" else EVEN
     words: dict[str, object] = {

@@ -1,6 +1,5 @@
-"""The commands of `iceslide`: their options, and what they print; one module each.
+"""The commands of `iceslide`: options and printed output, one module each.
 
-Those of one folder alone (`roughness`, `rubber`, `app`) stand in it as its `options`. Everything
-heavy is imported where it is used, so that `iceslide --help` is quick. Imports everything but
-`cli`.
+Commands of one folder only (`roughness`, `rubber`, `app`) are in its module `options`. Heavy
+imports are local, so `iceslide --help` is fast. Imports everything but `cli`.
 """

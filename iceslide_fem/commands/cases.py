@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-COST = {"point": "seconds", "slice": "seconds", "block": "a minute"}  # of a run on one core
+COST = {"point": "seconds", "slice": "seconds", "block": "a minute"}  # time of a run on one core
 
 
 def cases() -> None:

@@ -1,4 +1,4 @@
-"""`iceslide doctor`: what is installed, and what to do about what is missing."""
+"""`iceslide doctor`: the installed parts, and advice on missing ones."""
 
 from __future__ import annotations
 

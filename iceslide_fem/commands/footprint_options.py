@@ -1,4 +1,4 @@
-"""Options about pressures and the film that commands about footprints share, each written once."""
+"""Options on pressures and film shared by the commands on footprints."""
 
 from __future__ import annotations
 

@@ -56,6 +56,6 @@ def formula(
             typer.echo(",".join(row))
         return
     table = Table(*head, found.formula.gives, title=f"{name}, {found.formula.equation}")
-    for row in rows:  # with so few digits the widest fits 80 columns
+    for row in rows:  # few digits, so the widest row fits 80 columns
         table.add_row(*row[:-1], f"{float(row[-1]):.4g}")
     Console().print(table)

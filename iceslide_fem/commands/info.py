@@ -1,4 +1,4 @@
-"""`iceslide info`: what a scene means, and what it will cost."""
+"""`iceslide info`: dimensionless numbers, mesh and cost of a scene."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ def report(
 
 
 def leave_report(folder: Path) -> None:
-    """Write report.html in `folder`, on one rank; results do not fail because of it."""
+    """Write report.html in `folder`, on one rank. An error here does not fail the run."""
     if rank() > 0:
         return
 

@@ -103,7 +103,7 @@ def run(
 def _resumed(
     folder: Path, scene_file: Path | None, overrides: Sequence[str], case: str | None
 ) -> tuple[Scene, Checkpoint]:
-    """Scene and checkpoint of the run in `folder`; a scene file or case must be of that scene."""
+    """Scene and checkpoint of the run in `folder`; a given scene file or case must equal it."""
     from iceslide_fem.runs.checkpoint import read_changed, read_checkpoint, same_scene
 
     checkpoint = read_changed(folder, overrides) if overrides else read_checkpoint(folder)
@@ -113,7 +113,7 @@ def _resumed(
 
 
 def _time(text: str, duration: float) -> float:
-    """Seconds of "2 ms", a time within a run's `duration` (s)."""
+    """Time (s) from a text such as "2 ms", within a run's `duration` (s)."""
     from iceslide_fem.runtime.units import to_si
 
     try:
@@ -129,7 +129,7 @@ def _time(text: str, duration: float) -> float:
 
 
 def print_summary(summary: dict[str, Any], out: Path, said: list[str]) -> None:
-    """The run in a few numbers, and its warnings that have not been `said` before it began."""
+    """Print the main numbers of the run, and its warnings that were not `said` before."""
     figures = []
     for key, value in summary.items():
         if isinstance(value, float):
@@ -138,7 +138,7 @@ def print_summary(summary: dict[str, Any], out: Path, said: list[str]) -> None:
             figures.append((key, str(value)))
         elif value is None and key in _MOMENTS:
             figures.append((key, "did not happen"))
-        # versions, the scene and its hashes: in summary.json
+        # versions, scene and hashes are in summary.json
     show_figures(figures)
     show_notes(each for each in summary.get("warnings", []) if each not in said)
     for name in ("summary.json", "history.csv", "report.png", "report.html", "fields"):
@@ -146,4 +146,4 @@ def print_summary(summary: dict[str, Any], out: Path, said: list[str]) -> None:
             typer.echo(str(out / name))
 
 
-_MOMENTS = ("melt_onset_s", "saturation_s")  # of the summary: null if they did not come
+_MOMENTS = ("melt_onset_s", "saturation_s")  # entries of the summary: null if they do not occur

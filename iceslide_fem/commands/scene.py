@@ -1,4 +1,4 @@
-"""The scene that a command is given, and what is to be said about it."""
+"""The scene of a command, and its notes."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def load(scene_file: Path | None, overrides: Sequence[str] | None, case: str | N
 
 
 def print_notes(scene: Scene) -> list[str]:
-    """Print what the scene says in vain, and where it leaves what is known to work; return it."""
+    """Print and return notes: keys without effect, and values outside the validated range."""
     from iceslide_fem.scene.notes import notes
 
     found = notes(scene)

@@ -22,7 +22,7 @@ def view(
         stopped = (directory / "checkpoint").is_file()
         hint = f"iceslide run --restart {directory} goes on" if stopped else "no summary.json in it"
         raise SceneError(f"{directory} holds no finished run ({hint})")
-    if rank() > 0:  # one process is enough to make pictures
+    if rank() > 0:  # one process makes the pictures
         return
 
     from iceslide_fem.postprocess.results.view import view as make_pictures

@@ -1,7 +1,7 @@
-"""What a trial step has to show before it is accepted, and what then follows it.
+"""Acceptance of a trial step, and the update of water and ice window that follows it.
 
-Its energies are those of friction, and they close; the block is still above its ice. Water and the
-window of ice follow the block.
+A step is accepted if friction does not push the block, if its energy balance closes, and if the
+block stays inside its window of ice. Water and the window of ice then follow the block.
 """
 
 from __future__ import annotations
@@ -21,16 +21,17 @@ from iceslide_fem.film.step_control import step_factor
 from iceslide_fem.interface.film_frame import FilmFrame
 from iceslide_fem.rubber.block import Block
 
-NEXT_SUBSTEPS = 0.9  # of the substeps that a step may have, in the next one
+NEXT_SUBSTEPS = 0.9  # the next step aims at this fraction of the allowed substeps
 
 
 class CorrectedStep(NamedTuple):
     """A trial step after block and film have been corrected.
 
-    after: its state, before water and the window have followed; dt: its length, s; subcycles: of
-    film and heat; forces: friction of the block at its start and after each substep, N; factor: on
-    the next step's length, by its errors; iterations: Newton's; solved: whether the block was
-    solved for; wall_heat: of walls that have slipped, J; dissipation: of rubber that relaxes, J.
+    after: the state at its end, before water and window follow the block; dt: step length, s;
+    subcycles: substeps of film and heat; forces: friction force of the block at the start and after
+    each substep, N; factor: next step length over this one, from the errors; iterations: Newton
+    iterations; solved: whether equilibrium was solved; wall_heat: frictional heat of self-contact,
+    J; dissipation: viscoelastic dissipation, J.
     """
 
     after: CoupledState
@@ -50,16 +51,17 @@ class Acceptance:
     def __init__(
         self, block: Block, frame: FilmFrame, drainage: Drainage, error: StepError, adaptive: bool
     ) -> None:
-        """`adaptive`: whether somebody could choose a better step."""
+        """`adaptive`: whether the step length is free; fixed steps cannot be shortened."""
         self._block, self._frame, self._error = block, frame, error
         self._drainage = drainage
         self._adaptive = adaptive
-        # A plate that slows down lets rubber spring back, with what it has stored: swinging freely
-        # it pushes with no more than the friction that sheared it.
+        # When the plate slows down, the rubber springs back and friction may change sign. A free
+        # oscillation releases the stored energy only: its force never exceeds the friction force
+        # that sheared the rubber.
         self._may_swing = block.scene.load.changes
 
     def of(self, start: CoupledState, corrected: CorrectedStep) -> AcceptedStep:
-        """The step from `start` as it is accepted. Raises StepRejected."""
+        """The accepted step that leads from `start` to `corrected`. Raises StepRejected."""
         dt, force, most = corrected.dt, corrected.forces[-1], 0.0
         if self._may_swing:
             most = max(start.largest_friction_force, self._error.least_friction)
@@ -81,11 +83,11 @@ class Acceptance:
         )
         unclosed = self._error.of_energy(energies, dt, force)
         shorter = float(step_factor(unclosed, 2))
-        if unclosed > 1.0 and self._adaptive:  # else nobody could choose a better step
+        if unclosed > 1.0 and self._adaptive:  # a fixed step cannot be shortened
             raise StepRejected("the step's energy does not close: the block snaps", shorter)
         after = after._replace(largest_friction_force=max(start.largest_friction_force, force))
         shifted, water = self._drained(start, after, subcycles)
-        # a step twice as long would take film and heat twice as many of their own
+        # the number of substeps grows in proportion to the step
         most = NEXT_SUBSTEPS * self._error.limits.most_substeps / len(subcycles.substeps)
         return AcceptedStep(
             shifted,
@@ -102,7 +104,7 @@ class Acceptance:
     def _drained(
         self, start: CoupledState, after: CoupledState, subcycles: Subcycles
     ) -> tuple[CoupledState, WaterFlows]:
-        """The state after water and the window of ice have followed the block, and the water."""
+        """The state after water and the ice window have followed the block, and the water flows."""
         block, frame, loads = self._block, self._frame, after.loads
         if not block.surface.comm.allreduce(frame.reaches(loads), op=MPI.LAND):
             raise StepRejected("the block leaves its window of ice", 0.25)
@@ -112,7 +114,7 @@ class Acceptance:
         drained = self._drainage.after(start, after, subcycles, wiped)
         distance = start.sliding_distance + (loads.offset - start.loads.offset)
         shifted = frame.shift_window(drained.interface, loads.offset, distance)
-        if shifted.offset != loads.offset:  # else they are the next step's own, with what it knows
+        if shifted.offset != loads.offset:  # else the next step reuses their caches
             loads = replace(loads, offset=shifted.offset)
         after = after._replace(
             interface=shifted.state, loads=loads, sliding_distance=distance, stored=drained.stored

@@ -1,15 +1,15 @@
 """One step of film, ice and block together: predict, film, equilibrium, correct, accept.
 
 1. Predict: the block's motion is extrapolated over the step.
-2. Film: film and heat advance under the predicted loads, in substeps (`subcycling`). The step ends
-   early where friction would leave a straight line.
-3. Equilibrium: the block is solved for under the new shear, then film and heat once more from the
-   old state under the pressure found. This is repeated while it changes the film by more than a
+2. Film: film and heat advance under the predicted loads, in substeps (`subcycling`). The step is
+   cut short where the friction force would leave a straight line over it.
+3. Equilibrium: the block is solved under the new shear. Film and heat are then repeated from the
+   old state under the new pressure. Both are repeated until the film changes by less than a
    fraction of the tolerance.
-4. Correct: the motion at the end, its errors, and how far friction is from the predicted one.
-5. Accept: energies close, and water and ice follow the block (`accept`).
+4. Correct: the motion at the end, its errors, and the difference of friction from its prediction.
+5. Accept: the energy balance closes; water and ice window follow the block (`accept`).
 
-Where friction hardly changes the block is not solved for again.
+Where friction hardly changes, equilibrium is not solved again.
 """
 
 from __future__ import annotations
@@ -36,17 +36,19 @@ from iceslide_fem.rubber.block import Block, SpeedLaw
 from iceslide_fem.rubber.time_discretisation import Motion, MotionLaw, quiescent_motion
 from iceslide_fem.runtime.errors import NotConverged
 
-MANY_ITERATIONS = 10  # of Newton's method, after which the next step is shorter
-SHORTER = 0.8  # than this one, then
-# The film reckons with the block's acceleration where friction at the end of the step before was
-# nearer to that with the extrapolated velocity than to this fraction of what it was off with the
-# velocity held. Where the velocity has kinks the acceleration tells nothing of what comes.
+MANY_ITERATIONS = 10  # Newton iterations above which the next step is shorter
+SHORTER = 0.8  # factor on the next step length in that case
+# The predictor of the film uses the extrapolated velocity only after a smooth step. A step is
+# smooth if the error of friction with the extrapolated velocity is below this fraction of the error
+# with the velocity held. At a kink of the velocity the acceleration predicts nothing.
 SMOOTH = 0.8
 
 
 class FilmStep(NamedTuple):
-    """Film and heat over a step: its length dt (s), the substeps, the shear on the interface after
-    each, the friction forces (N) at the start and after each, and how far they leave a line.
+    """Film and heat over a step.
+
+    dt: step length, s; subcycles: the substeps; sheared: friction law at the end of each; forces:
+    friction force at the start and after each, N; nonlinearity: distance of these from a line.
     """
 
     dt: float
@@ -59,8 +61,8 @@ class FilmStep(NamedTuple):
 class Balanced(NamedTuple):
     """Block and film in agreement at the end of a step.
 
-    loads: of the points; film: over the step; iterations: Newton's; mismatch: how much the first
-    repetition has changed the film.
+    loads: of the points; film: over the step; iterations: Newton iterations; mismatch: change of
+    the film by the first repetition.
     """
 
     loads: ContactLoads
@@ -70,9 +72,9 @@ class Balanced(NamedTuple):
 
 
 class CoupledStep:
-    """Trial steps of `block` on its interface, from any state: they change nothing of it.
+    """Trial steps of `block` on its interface. A trial step does not modify the start state.
 
-    adaptive: whether somebody could choose a better step; under fixed steps nobody can.
+    adaptive: whether the step length is free (not fixed by the film integrator).
     """
 
     def __init__(
@@ -90,17 +92,17 @@ class CoupledStep:
         integrator = INTEGRATORS[block.scene.numerics.film_integrator]
         self._subcycling = Subcycling(frame, error, integrator, plate.passing)
         self.adaptive = bool(integrator.estimate)
-        # Under a law that is not viscous the shear may fall for long. What springs back makes heat,
-        # which a block that is solved for now and then would not give.
+        # Under a law that is not viscous the shear may fall for long. The rubber then springs back
+        # and makes heat. Skipped equilibria would miss that heat.
         self._relaxing = relaxing
         self._may_skip = motion_law.may_skip and block.law.viscous and relaxing.may_skip
         self._acceptance = Acceptance(block, frame, drainage, error, self.adaptive)
 
     def attempt(self, start: CoupledState, dt: float, film_dt: float) -> AcceptedStep:
-        """A step of `dt` (s) from `start`, film and heat beginning with one of `film_dt` (s).
+        """A step of `dt` (s) from `start`; the first substep of film and heat is `film_dt` (s).
 
-        It leaves the block's displacements at its end. Raises StepRejected or NotConverged, with
-        the displacements anywhere.
+        The block is left at the displacements of the step's end. Raises StepRejected or
+        NotConverged; the block's displacements are then undefined.
         """
         corrected = self._without_mechanics(start, dt, film_dt)
         if corrected is None:
@@ -111,8 +113,9 @@ class CoupledStep:
         return self._acceptance.of(start, corrected)
 
     def first_behind_kink(self, now: CoupledState) -> float:
-        """The first step (s) where the plate's force or speed has a kink: until friction would tell
-        if film and rubber stayed as they are.
+        """The first step (s) after a kink of the plate's force or speed.
+
+        In this time the kink changes friction by the tolerance, if film and rubber stay constant.
         """
         loads, (force, speed) = now.loads, self._plate.kinks(now.time)
         sheared = self._frame.sheared(now.interface, loads)
@@ -124,7 +127,7 @@ class CoupledStep:
     def _without_mechanics(
         self, start: CoupledState, dt: float, film_dt: float
     ) -> CorrectedStep | None:
-        """With the block as it is; None if it has to be solved for."""
+        """The step with equilibrium skipped; None if equilibrium has to be solved."""
         plate, end = self._plate, start.time + dt
         if not (start.quiescent and plate.force_holds(start.motion.time, end)):
             return None
@@ -146,7 +149,7 @@ class CoupledStep:
         return CorrectedStep(after, dt, subcycles, film.forces, GROW)
 
     def _predict(self, start: CoupledState, dt: float) -> ContactLoads:
-        """Loads of the points after `dt` (s) by the block's motion, extrapolated."""
+        """Contact loads after `dt` (s) under the extrapolated motion of the block."""
         plate, law, time = self._plate, self._motion_law, start.time + dt
         self._block.rubber.u.x.array[:], rate = law.begin(start.motion, time)
         offset = start.loads.offset + plate.ice_passed(start.time, dt)
@@ -158,8 +161,9 @@ class CoupledStep:
     def _film(
         self, start: CoupledState, predicted: ContactLoads, dt: float, film_dt: float
     ) -> FilmStep:
-        """Film and heat over `dt` (s) under the predicted loads, or over as many substeps as leave
-        friction on a line.
+        """Film and heat over `dt` (s) under the predicted loads.
+
+        The step ends earlier if friction leaves a straight line within it.
         """
         ends = start.loads, predicted
         subcycles = self._subcycling.advance(start.interface, *ends, dt, film_dt)
@@ -174,7 +178,7 @@ class CoupledStep:
         return film._replace(nonlinearity=nonlinearity)
 
     def _equilibrium(self, start: CoupledState, film: FilmStep) -> Balanced:
-        """Block and film in turn until they agree. Raises StepRejected, NotConverged."""
+        """Block and film, alternately, until they agree. Raises StepRejected, NotConverged."""
         block, plate, dt = self._block, self._plate, film.dt
         time = start.time + dt
         block.rubber.u.x.array[:], rate = self._motion_law.begin(start.motion, time)
@@ -195,8 +199,9 @@ class CoupledStep:
         raise StepRejected("block and film do not agree", 0.4)
 
     def _correct(self, start: CoupledState, balanced: Balanced, straight: float) -> CorrectedStep:
-        """The state at the end, with its errors; `straight`: friction (N) before the block was
-        solved for. Raises StepRejected.
+        """The state at the end, with its errors. Raises StepRejected.
+
+        straight: friction force under the predicted loads, N.
         """
         block, law, (loads, film, iterations, mismatch) = self._block, self._motion_law, balanced
         dt, time = film.dt, start.time + film.dt
@@ -213,7 +218,7 @@ class CoupledStep:
         motion, velocity_error = self._velocity_error(
             start, motion, sheared, loads, film.forces, straight
         )
-        if velocity_error > 1.0 and self.adaptive:  # at a kink of the velocity it is of first order
+        if velocity_error > 1.0 and self.adaptive:  # first order at a kink of the velocity
             raise StepRejected(
                 "the block's speed changes too fast", float(step_factor(velocity_error, 1))
             )
@@ -251,8 +256,10 @@ class CoupledStep:
         forces: list[float],
         straight: float,
     ) -> tuple[Motion, float]:
-        """How the block goes on from the `end` of a step, and how far its friction there, the last
-        of the `forces` (N), is from the predicted one; `straight`: before the block was solved for.
+        """The motion at the `end` with its smoothness, and the error of friction by the velocity.
+
+        The error is that of the last of the `forces` (N) against its prediction. straight: friction
+        force under the predicted loads, N.
         """
         law, force = self._motion_law, forces[-1]
         error = law.velocity_error(start.motion, end)
@@ -271,7 +278,7 @@ class CoupledStep:
         return end, velocity_error
 
     def _elasticity(self, sheared: Sheared, loads: ContactLoads) -> float:
-        """Of friction with the slip speed, v / F dF/dv: 1 of a viscous law. Collective."""
+        """Elasticity of friction in the slip speed, v/F dF/dv; 1 for a viscous law. Collective."""
         block = self._block
         if block.law.viscous:
             return 1.0
@@ -281,7 +288,7 @@ class CoupledStep:
         return rise / force if force else 1.0
 
     def _of_subcycles(self, start: CoupledState, dt: float, subcycles: Subcycles) -> FilmStep:
-        """Friction over `subcycles` of a step of `dt` (s). Collective."""
+        """The film step of `dt` (s) that the `subcycles` make, with its friction. Collective."""
         ends = list(zip(subcycles.substeps, subcycles.loads, strict=True))
         sheared = [self._frame.sheared(one.state, loads) for one, loads in ends]
         forces = [start.mechanics.friction_force]
@@ -291,11 +298,11 @@ class CoupledStep:
         return FilmStep(dt, subcycles, sheared, forces, 0.0)
 
     def _balance(self, sheared: Sheared, speed: SpeedLaw, load: float) -> int:
-        """Equilibrium under the law's shear and `load` of the plate's force; its iterations.
+        """Solve equilibrium under the law's shear and the plate's `load`; the Newton iterations.
 
-        Where shear is faded in, it follows the pressure like a friction coefficient of several
-        times mu, with which an equilibrium may end at a point that enters or leaves that range.
-        Then the fading is held as it is, and may be so if that hardly changes the shear.
+        At low pressure the shear fades in with a slope of several times mu. Newton's method may
+        fail at a point that enters or leaves that range. Equilibrium is then solved with the fading
+        held constant. The result is accepted if this hardly changes the shear.
         """
         block, values = self._block, self._block.rubber.u.x.array
         before, friction = values.copy(), block.friction_force(sheared)

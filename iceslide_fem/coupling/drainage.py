@@ -1,8 +1,8 @@
-"""Where water goes that flows out from below the lugs of a block, or that their edges wipe off.
+"""Drainage: where water goes that flows out from below the lugs, or that edges wipe off.
 
-Half of what flows out along x goes to either side, into sipes as long as there is room in them, and
-what a leading edge wipes off goes into the sipe before it. The rest is pushed out. Full sipes let
-water by, so the lugs beside them are one (`scene.lugs`).
+Half of the outflow along x goes to either side, into a sipe if it has room. Water wiped off by a
+leading edge goes into the sipe in front of it. The rest is pushed out. A full sipe lets water pass,
+so the lugs on its two sides act as one (`scene.lugs`).
 """
 
 from __future__ import annotations
@@ -24,13 +24,15 @@ from iceslide_fem.rubber.contact_surface import ContactSurface, area_vectors
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.lugs import Lugs, open_sipes
 
-NEAR = 1e-6  # m, between a wall and where it is drawn
+NEAR = 1e-6  # m, tolerance between a wall and its position in the drawing
 
 
 class Drained(NamedTuple):
-    """After a step: the interface, the water in every sipe, what has flowed out from below the lugs
-    in the step, what has come below points of the rubber as their areas grew (negative where they
-    shrank), what was pushed out and what lost of what was wiped off, all m3 (m2 in a slice).
+    """The interface and the water after a step; volumes in m3 (m2 in a slice).
+
+    interface: film and ice; stored: water in each sipe; flowed_out: outflow from below the lugs in
+    the step; covered: water that newly covered area has met, negative where area shrank;
+    pushed_out: water pushed out; lost: wiped water that is lost.
     """
 
     interface: InterfaceState
@@ -42,16 +44,18 @@ class Drained(NamedTuple):
 
 
 class Drainage(Protocol):
-    """What a step asks of the way out of the water. All is collective."""
+    """The drainage of a block. All methods are collective."""
 
     def begun(self, interface: InterfaceState, loads: ContactLoads) -> Drained:
-        """At the beginning of a pass."""
+        """The drained state at the beginning of a pass."""
 
     def after(
         self, start: CoupledState, end: CoupledState, subcycles: Subcycles, wiped: Array
     ) -> Drained:
-        """After a step from `start` to `end`, which has the water in the sipes still to come; at
-        every film so much was wiped off (n,), m3 (m2 in a slice).
+        """The drained state after a step from `start` to `end`.
+
+        `end` still has the sipe water of `start`. The water wiped off each film is (n,), m3 (m2 in
+        a slice).
         """
 
 
@@ -68,13 +72,13 @@ class Undrained:
     def after(
         self, start: CoupledState, end: CoupledState, subcycles: Subcycles, wiped: Array
     ) -> Drained:
-        """What is wiped off is lost."""
+        """All wiped water is lost."""
         lost = self._comm.allreduce(float(wiped.sum()), op=MPI.SUM)
         return Drained(end.interface, end.stored, lost=lost)
 
 
 class Sipes:
-    """Water goes to the sipes of `block` and to its edges."""
+    """Water flows into the sipes of `block` and out at its edges."""
 
     def __init__(self, block: Block, frame: FilmFrame, lugs: Lugs) -> None:
         surface = block.surface
@@ -84,7 +88,7 @@ class Sipes:
         self._volumes = lugs.volumes * block.scene.rubber.width / block.scale
 
     def begun(self, interface: InterfaceState, loads: ContactLoads) -> Drained:
-        """Sipes are empty."""
+        """The state with empty sipes."""
         stored = np.zeros_like(self._volumes)
         parts = self._frame.parts(loads, self._lug, len(self._lugs.ends))
         return Drained(self._below_lugs(interface, stored, parts), stored)
@@ -92,7 +96,7 @@ class Sipes:
     def after(
         self, start: CoupledState, end: CoupledState, subcycles: Subcycles, wiped: Array
     ) -> Drained:
-        """Sipes have taken what they can."""
+        """The state after the sipes have taken all water that they have room for."""
         parts = self._frame.parts(end.loads, self._lug, len(self._lugs.ends))
         substeps = subcycles.substeps
         out, gained = (
@@ -114,7 +118,7 @@ class Sipes:
         return Drained(interface, after, flowed_out, covered, pushed_out)
 
     def _lying(self, state: CoupledState) -> Array:
-        """Water of every film, (n,), m3 (m2 in a slice)."""
+        """Water in each film, (n,), m3 (m2 in a slice)."""
         return state.interface.squeezed_height * sum(self._frame.water_areas(state.loads))
 
     def _openness(self, stored: Array) -> Array:
@@ -122,14 +126,14 @@ class Sipes:
         return open_sipes(np.divide(stored, room, out=np.ones_like(room), where=room > 0.0))
 
     def _below_lugs(self, interface: InterfaceState, stored: Array, parts: Array) -> InterfaceState:
-        """The interface whose films know the lugs above them, where there are any."""
+        """The interface after each film is assigned the lug above it, if there is one."""
         lengths = self._lugs.outflow_lengths(self._openness(stored))
         internal = interface.internal.copy()
         internal[LUG] = np.where(parts.any(axis=0), lengths @ parts, internal[LUG])
         return interface._replace(internal=internal)
 
     def _capacity(self) -> Array:
-        """What each sipe holds between its walls as they are now, (sipes,), m3 (m2 in a slice).
+        """Volume of each sipe between its present walls, (sipes,), m3 (m2 in a slice).
         Collective.
         """
         walls = self._block.rubber.self_contact
@@ -140,8 +144,10 @@ class Sipes:
         return np.maximum(held, 0.0)
 
     def _between(self, walls: ContactSurface) -> Array:
-        """This rank's part of the volumes between the ice and the sipes' deformed walls, (sipes,):
-        minus the integral of x n_x, by the theorem of Gauss, for mouth and end of a sipe are level.
+        """This rank's part of the volumes between ice and deformed sipe walls, (sipes,).
+
+        By Gauss's theorem the volume is minus the integral of x n_x over the walls. Mouth and end
+        of a sipe are level and add nothing.
         """
         u = self._block.rubber.displacements
         normals = area_vectors(walls.tangents(u))[..., 0] * walls.weights
@@ -155,7 +161,7 @@ class Sipes:
 
 
 def drainage_of(block: Block, frame: FilmFrame) -> Drainage:
-    """The way out of the water below `block` under its law."""
+    """The drainage of `block` under its friction law."""
     if isinstance(block.law, CarryingFilm):
         return Sipes(block, frame, block.law.lugs)
     return Undrained(block)

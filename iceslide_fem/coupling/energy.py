@@ -1,7 +1,7 @@
-"""Energies of a step: what the plate gives against what film, ice and rubber take.
+"""Energy balance of a step: work of the plate against energy taken by film, ice and rubber.
 
-They are found before the step is accepted: one whose energy does not close is refused
-(`coupling.acceptance`). The ledger adds up those of the others.
+A trial step whose energy balance does not close is rejected (`coupling.accept`). The ledger sums
+the energies of accepted steps.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from iceslide_fem.runtime.arrays import Array
 
 
 class Mechanics(NamedTuple):
-    """What the whole block does and stores at a moment.
+    """Forces and stored energies of the whole block at one time.
 
-    friction_force, N; plate_displacement, m; elastic_energy (of rubber and penalties) and
-    kinetic_energy (relative to the plate), J; mass_moment: mass times the displacement of its
-    centre along x relative to the plate, kg m.
+    friction_force, N; plate_displacement, m; elastic_energy: of rubber and contact penalties, J;
+    kinetic_energy: relative to the plate, J; mass_moment: mass times displacement of its centre
+    along x relative to the plate, kg m.
     """
 
     friction_force: float
@@ -37,11 +37,11 @@ class Mechanics(NamedTuple):
 class Energies(NamedTuple):
     """Energies of the whole block over a step or a run, J.
 
-    friction_work: of the plate against friction, F v; load_work: of the plate's weight, and of what
-    accelerates the rubber's mass with the plate, - dv/dt m du, beyond F v; ice_heat,
-    rubber_heat, latent_heat: what the interface gave; wall_heat: of the rubber's walls that slip on
-    each other; rubber_dissipation: of rubber that relaxes; elastic_energy, kinetic_energy: changes
-    of what is stored. The plate's work should equal the sum of the others.
+    friction_work: work of the plate against friction, F v; load_work: work of the plate's weight,
+    and of the inertial force - dv/dt m du of rubber that accelerates with the plate; ice_heat,
+    rubber_heat, latent_heat: heat from the interface; wall_heat: frictional heat of self-contact;
+    rubber_dissipation: viscoelastic dissipation; elastic_energy, kinetic_energy: changes of the
+    stored energies. The first two should equal the sum of the others.
     """
 
     friction_work: float = 0.0
@@ -56,7 +56,7 @@ class Energies(NamedTuple):
 
     @property
     def missing(self) -> float:
-        """What the plate gave and nothing took, J; negative where more was taken."""
+        """Work of the plate minus all energy taken, J: the error of the balance."""
         taken = self.ice_heat + self.rubber_heat + self.latent_heat + self.wall_heat
         taken += self.rubber_dissipation
         kept = self.elastic_energy + self.kinetic_energy
@@ -71,8 +71,10 @@ def mechanics_of(
     motion: Motion,
     relaxed: Relaxed | None,
 ) -> Mechanics:
-    """What `block` does and stores at its present displacements, those of `motion`, under `shear`
-    (Pa) on `area` (m2), (n,), when it has `relaxed`. Collective.
+    """Forces and stored energies of `block` at its present displacements. Collective.
+
+    `motion` has the same displacements. `shear` (Pa) acts on `area` (m2), both (n,). `relaxed` has
+    the internal variables of viscoelastic rubber.
     """
     contact, scale = block.contact, block.scale
     penalty = 0.5 * contact.pressure**2 / block.equilibrium.penalty
@@ -97,11 +99,11 @@ def step_energies(
     wall_heat: float,
     rubber_dissipation: float,
 ) -> Energies:
-    """Entries of a step of `dt` (s) from `time` that leads from `before` to `after`; `wall_heat`
-    (J) of walls that have slipped, `rubber_dissipation` (J) of rubber that relaxes. Collective.
+    """Energies of a step of `dt` (s) from `time` that leads from `before` to `after`. Collective.
 
-    The plate's force and speed are straight lines over the step, and so is friction between the
-    `forces` (N) at its start and after each of the `subcycles`.
+    `wall_heat` (J) is the frictional heat of self-contact, `rubber_dissipation` (J) the
+    viscoelastic dissipation. The plate's force and speed are straight lines over the step, and so
+    is friction between the `forces` (N) at its start and after each of the `subcycles`.
     """
     load, end = block.scene.load, time + dt
     times = [time, *(time + fraction * dt for fraction in subcycles.ends)]

@@ -1,7 +1,8 @@
-"""How the values of one kind are laid out over the ranks, in terms that no partition changes.
+"""Layouts: how values of one kind are distributed over the ranks, independent of the partition.
 
-Every rank keeps what is its own, with places or numbers. A layout picks this rank's values out of
-what all ranks of an earlier run have kept, one of them after the other.
+Each rank saves the values that it owns, with their positions or global numbers. On restart a layout
+picks this rank's values out of the parts that all ranks of the earlier run have saved. The parts
+are read one at a time.
 """
 
 from __future__ import annotations
@@ -18,27 +19,29 @@ from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.runtime.errors import SceneError
 
 Arrays = dict[str, Array]
-# Points are the same if they are this near, relative to the extent of all.
+# Two points are equal within this distance, relative to the extent of the mesh.
 SAME_PLACE = 1e-7
 
 
 class Layout(Protocol):
-    """How the values of one kind are laid out over the ranks."""
+    """The distribution of values of one kind over the ranks."""
 
     def kept(self, values: Mapping[str, Array]) -> Arrays:
-        """What this rank keeps of its values (..., n): those that no other has, and where."""
+        """What this rank saves of `values` (..., n): the values that it owns, and where they
+        are.
+        """
 
     def own(self, parts: Iterable[Mapping[str, Array]]) -> Arrays:
-        """This rank's values (..., n) out of what the ranks of an earlier run have `kept`.
+        """This rank's values (..., n) from the `parts` that the ranks of an earlier run saved.
 
-        Collective. Raises SceneError, on all ranks, where the two do not fit.
+        Collective. Raises SceneError on all ranks if the parts do not fit this layout.
         """
 
 
 class PointLayout:
-    """Points known by where they lie: x (n, d), m, of which this rank owns the first `n_owned`.
+    """Points identified by position: x (n, d), m. This rank owns the first `n_owned`.
 
-    Partitions number points in their own ways, and coordinates do not depend on them.
+    Point numbers depend on the partition; positions do not.
     """
 
     def __init__(self, x: Array, n_owned: int, comm: MPI.Comm) -> None:
@@ -46,7 +49,7 @@ class PointLayout:
         self._size = _extent(x, comm)
 
     def kept(self, values: Mapping[str, Array]) -> Arrays:
-        """Values of this rank's own points, and their `x`."""
+        """Values at the points that this rank owns, and their positions `x`."""
         mine = {name: value[..., : self._n_owned] for name, value in values.items()}
         return mine | {"x": self._x[: self._n_owned].T}
 
@@ -58,7 +61,7 @@ class PointLayout:
         return picked.values
 
     def _picked(self, parts: Iterable[Mapping[str, Array]]) -> Picked:
-        """What is at this rank's points, 0 where nothing is."""
+        """The saved values at this rank's points, 0 where no value was saved."""
         n, values = len(self._x), dict[str, Array]()
         there, tree, total = np.zeros(n, dtype=bool), cKDTree(self._x), 0
         for part in parts:
@@ -76,7 +79,7 @@ class PointLayout:
 
 
 class Picked(NamedTuple):
-    """Values at points, at which of them there is one, and how many were saved in all."""
+    """Values at points, a mask of the points that have one, and the total number saved."""
 
     values: Arrays
     there: Mask
@@ -84,13 +87,14 @@ class Picked(NamedTuple):
 
 
 class UnknownLayout(PointLayout):
-    """Unknowns of ice on a mesh by where they lie: what a shorter run did not have is nothing yet.
+    """Unknowns of meshed ice, identified by position.
 
-    So much is that of the ice at first, which the content counts from.
+    Ice that a shorter run did not have starts from 0, its initial state: stored heat counts from
+    there.
     """
 
     def own(self, parts: Iterable[Mapping[str, Array]]) -> Arrays:
-        """This rank's values. Raises SceneError where the mesh is another one. Collective."""
+        """This rank's values. Raises SceneError if the mesh differs. Collective."""
         picked = self._picked(parts)
         if self._comm.allreduce(int(picked.there.sum()), op=MPI.SUM) != picked.total:
             raise SceneError("the checkpoint does not fit the ice of this run")
@@ -104,12 +108,12 @@ class GridLayout:
         self._nodes = nodes
 
     def kept(self, values: Mapping[str, Array]) -> Arrays:
-        """Values at this rank's nodes, and their numbers."""
+        """Values at this rank's nodes, and their global numbers."""
         total = np.array(self._nodes.total)
         return {"numbers": np.asarray(self._nodes.numbers), "total": total, **values}
 
     def own(self, parts: Iterable[Mapping[str, Array]]) -> Arrays:
-        """Values at this rank's nodes. Raises SceneError if the grid is another one."""
+        """Values at this rank's nodes. Raises SceneError if the grid differs."""
         place = np.full(self._nodes.total, -1)
         place[self._nodes.numbers] = np.arange(len(self._nodes.numbers))
         values: Arrays = {}

@@ -1,4 +1,4 @@
-"""The ledger: what the plate gives against what film, ice and rubber take; and the water."""
+"""The ledger: energy balance and water balance of a run."""
 
 from __future__ import annotations
 
@@ -10,18 +10,17 @@ ENTRIES = (*Energies._fields, *WaterFlows._fields)
 
 
 class Ledger:
-    """Energies of the whole block since t = 0, J: attributes named as those of `Energies`.
-
-    The water, m3, as in `WaterFlows`; brought_water also counts what lay on the ice at t = 0.
+    """Energies of the whole block since t = 0, J: attributes named as in `Energies`. Water, m3, as
+    in `WaterFlows`; brought_water includes the water on the ice at t = 0.
     """
 
     def __init__(self, sliding: Sliding) -> None:
-        """Start at the present moment of `sliding`."""
+        """Start at the present time of `sliding`."""
         self._sliding = sliding
         self.begin()
 
     def begin(self) -> None:
-        """Count from the present moment on."""
+        """Set all entries to zero at the present time."""
         self.friction_work = self.load_work = 0.0
         self.ice_heat = self.rubber_heat = self.latent_heat = self.wall_heat = 0.0
         self.rubber_dissipation = 0.0
@@ -30,7 +29,7 @@ class Ledger:
         self.brought_water = sum(self.lying_water())
 
     def add(self, accepted: AcceptedStep) -> None:
-        """Enter an accepted step."""
+        """Add the energies and water of an accepted step."""
         for name, energy in accepted.energies._asdict().items():
             setattr(self, name, getattr(self, name) + energy)
         for name, water in accepted.water._asdict().items():
@@ -41,14 +40,12 @@ class Ledger:
         return {name: getattr(self, name) for name in ENTRIES}
 
     def restore(self, state: dict[str, float]) -> None:
-        """Go on from `state`, at the moment to which `sliding` was restored."""
+        """Continue from a saved `state`, at the time to which `sliding` was restored."""
         for name in ENTRIES:
             setattr(self, name, state[name])
 
     def lying_water(self) -> tuple[float, float]:
-        """Squeezed-out water that now lies below the rubber, and beside it on the ice of the
-        window, m3. Collective.
-        """
+        """Squeezed-out water below the rubber, and beside it in the ice window, m3. Collective."""
         now, block = self._sliding.current, self._sliding.block
         below, beside = self._sliding.frame.water_areas(now.loads)
         height = now.interface.squeezed_height
@@ -60,12 +57,12 @@ class Ledger:
 
     @property
     def imbalance(self) -> float:
-        """What is missing or too much, relative to the friction work."""
+        """Error of the energy balance, relative to the friction work."""
         if self.friction_work == 0.0:
             return 0.0
         energies = Energies(*(getattr(self, name) for name in Energies._fields))
         return energies.missing / self.friction_work
 
     def friction_force(self) -> float:
-        """Friction force of the whole block at the present moment, N."""
+        """Present friction force of the whole block, N."""
         return self._sliding.current.mechanics.friction_force

@@ -1,4 +1,4 @@
-"""How large the errors of a coupled step may be, each relative to the scene's tolerance."""
+"""Error limits of a coupled step, each relative to the scene's tolerance."""
 
 from __future__ import annotations
 
@@ -7,48 +7,49 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class StepLimits:
-    """Limits of a coupled step; `docs/validation/accuracy.md` has what they cost and what they
-    gain.
+    """Limits of a coupled step; `docs/validation/accuracy.md` has their cost and their benefit.
 
     Film and heat
-        local, local_power: a local error may be local * tolerance^local_power. Errors of single
-        steps add up to one of mu(t) that falls as their power 2/3 to 3/4, so that mu(t) stays
-        within the tolerance.
-        moving_ice: how much larger the temperature's local error may be where ice slides. It sits
-        in the one or two cells where melting begins, and leaves with them.
-        most_substeps: steps of film and heat in one coupled step.
+        local, local_power: the limit of a local error is local * tolerance^local_power. Local
+        errors add up to a global error of mu(t). The global error falls as the power 2/3 to 3/4 of
+        the local ones, so mu(t) stays within the tolerance.
+        moving_ice: factor on the limit of the temperature's local error where ice slides. This
+        error is confined to the one or two cells where melting begins, and leaves with them.
+        most_substeps: largest number of substeps of film and heat in one coupled step.
     Block and film together
-        agreement: change of the film by one more pass over block and film, over the tolerance (of
-        1 % where it is larger).
-        passes: passes over block and film.
+        agreement: change of the film by one more iteration of block and film, over the tolerance,
+        which counts up to 1 %.
+
+        passes: largest number of these iterations.
     Friction over the step
-        curve: how far friction may leave the line between the ends of a step, over the tolerance.
-        predicted: how far friction at the end may be from that with the extrapolated velocity of
-        the rubber, over the tolerance. In a smooth motion it is off by a fifth of this, at a kink
-        of the velocity by up to a half.
-        straight, smooth: two kinks in a row may hide each other, so friction may differ by
-        `straight` tolerances from that of a block that goes on straight, or by `smooth` from that
-        with the extrapolated velocity.
-        jump: friction that differs by more than this fraction of itself has jumped, and with it
-        the block's velocity.
+        curve: distance of friction from the line between the ends of a step, over the tolerance.
+        predicted: difference of friction at the end from friction with the extrapolated velocity of
+        the rubber, over the tolerance. It reaches a fifth of this in a smooth motion, and up to a
+        half at a kink of the velocity.
+        straight, smooth: a second kink may hide the first one. Friction must therefore be within
+        `straight` tolerances of friction at the held velocity, or within `smooth` tolerances of
+        friction at the extrapolated velocity.
+        jump: above this relative difference from its prediction, friction counts as a jump. The
+        block's velocity then jumps, too.
     Energy
-        energy: fraction of the energy that a step turns over which may be missing or too much.
-        snap_step, snap_energy: a point that folds over snaps from one equilibrium to the next,
-        however short the step, because no inertia delays it. A step of up to this fraction of the
-        duration may do so, if what is missing is at most that fraction of what the whole run turns
-        over at the present friction.
-        least_friction: where loads go in time, or the law is not viscous, energies count against
-        this friction coefficient at the mean speed at least, and the block's speed always. Those of
-        a plate that starts or stops are nothing but the solver's tolerance. A tenth of it takes
-        five to twenty times the steps, to the same work (docs/how-to/loads.md).
-        least_elasticity: under a law whose friction does not follow the slip speed an error of it
-        still is one of the heat, so that much of it counts.
+        energy: error of a step's energy balance, over the energy turned over in the step.
+        snap_step, snap_energy: a point that folds over snaps through to another equilibrium.
+        Without inertia this takes no time, however short the step. A step up to snap_step of the
+        duration may snap. Its energy error may be up to snap_energy of the energy that the whole
+        run turns over at the present friction.
+        least_friction: least friction coefficient, at the mean speed, that energy errors are
+        relative to if loads change in time or the law is not viscous. Errors of the block's speed
+        always are. When a plate starts or stops, the true energies are below the solver's
+        tolerance. A tenth of this value takes five to twenty times the steps for the same work
+        (docs/how-to/loads.md).
+        least_elasticity: least weight of an error of the slip speed. Under a law whose friction
+        does not depend on slip speed, the error still affects the heat.
     Steps without mechanics
-        quiet: change of the shear without which the block is not solved again, over the tolerance
-        (of 1 % where it is larger).
-        skipped_motion: how far the block may lag behind its equilibrium, over the distance that it
-        slides in the longest step. When it is solved again film and heat see half of that, and the
-        step's energy does not close by the other half.
+        quiet: change of the shear below which equilibrium is skipped, over the tolerance, which
+        counts up to 1 %.
+        skipped_motion: lag of the block behind its equilibrium, over the sliding distance of the
+        longest step. When the block is solved again, half of the lag enters film and heat. The
+        other half is an error of the step's energy balance.
     """
 
     local: float = 2.4

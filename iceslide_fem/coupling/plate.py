@@ -1,4 +1,4 @@
-"""What the plate does to the block in time, and the rubber's points under it as loads on ice."""
+"""The plate's prescribed force and speed, and the contact loads of the rubber's points on ice."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from iceslide_fem.scene.course import SAMPLED
 
 
 class Plate:
-    """The plate of `block`: its force and speed over time, and the points that it moves.
+    """The plate of `block`: its force and speed over time, and the contact points it moves.
 
-    passing (s): in which a cell of passing ice passes at the largest speed, infinite without.
+    passing: time in which sliding ice moves by one cell at the largest speed, s; infinite without.
     """
 
     def __init__(self, block: Block) -> None:
-        """Force and speed as the block's scene has them."""
+        """Take force and speed from the block's scene."""
         self._block, load = block, block.scene.load
         near = SAMPLED * block.scene.numerics.tolerance
         self._pressures = load.pressures.sampled(near)
@@ -31,11 +31,11 @@ class Plate:
             self.passing = window_cell(block.scene) / self._speeds.largest
 
     def force(self, time: float) -> float:
-        """The plate's force at `time` (s), relative to that at t = 0."""
+        """The plate's force at `time` (s), relative to its force at t = 0."""
         return self._pressures.at(time) / self._pressures.first
 
     def force_holds(self, since: float, time: float) -> bool:
-        """Whether the force at `time` is what it was at another (s)."""
+        """Whether the force at `time` (s) equals the force at `since` (s)."""
         return self._pressures.at(since) == self._pressures.at(time)
 
     def next_corner(self, now: float) -> float:
@@ -43,20 +43,20 @@ class Plate:
         return float(min(self._pressures.next_corner(now), self._speeds.next_corner(now)))
 
     def kinks(self, time: float) -> tuple[float, float]:
-        """By how much the rates of change of its force, over the force, and of its speed jump at
-        `time` (s): 1/s and m/s2.
+        """Jumps at `time` (s) of the relative rate of the force, 1/s, and of the acceleration,
+        m/s2.
         """
         return self._pressures.bend(time) / self._pressures.at(time), self._speeds.bend(time)
 
     def ice_passed(self, now: float, dt: float) -> float:
-        """How far ice passes in a step of `dt` from `now` (s), m."""
+        """Distance that ice slides in a step of `dt` from `now` (s), m; 0 of ice at rest."""
         return self._speeds.mean_between(now, now + dt) * dt if self.passing < np.inf else 0.0
 
     def slip(self, rate: Rate, time: float) -> SpeedLaw:
-        """Slip speed at `time` (s): the plate's and that of the rubber relative to it.
+        """Slip speed at `time` (s): speed of the plate plus rubber velocity relative to it.
 
-        Taken at the displacement that is solved for: a lagged one is unstable for steps below
-        tau H / (v G), some ten microseconds.
+        It depends on the unknown displacement (implicit). A lagged slip speed is unstable for steps
+        below tau H / (v G), some ten microseconds.
         """
         surface, speed = self._block.surface, self._speeds.at(time)
         dim = self._block.rubber.mesh.geometry.dim
@@ -64,7 +64,7 @@ class Plate:
         return lambda displacement: (known + rate.slope * displacement, rate.slope)
 
     def loads(self, speed: Array, offset: float) -> ContactLoads:
-        """The rubber's points at the block's present displacements, with slip speeds (n,), m/s."""
+        """Contact loads at the block's present displacements and slip speeds (n,), m/s."""
         surface, contact = self._block.surface, self._block.contact
         positions = surface.positions(self._block.rubber.displacements)[..., :-1]
         return ContactLoads(
@@ -76,20 +76,22 @@ class Plate:
         )
 
     def first_loads(self) -> ContactLoads:
-        """The rubber's points at t = 0, which slip at the plate's speed."""
+        """Contact loads at t = 0: all points slip at the plate's speed."""
         return self.loads(np.full(self._block.surface.n_points, self._speeds.first), 0.0)
 
     def slipping(self, speed: SpeedLaw, offset: float) -> ContactLoads:
-        """The rubber's points at the block's present displacements, with slip speeds by a law."""
+        """Contact loads at the block's present displacements, with slip speeds from `speed`."""
         present = self._block.surface.displacements(self._block.rubber.displacements)
         return self.loads(speed(present[..., 0])[0].ravel(), offset)
 
     def with_still_rubber(self, loads: ContactLoads, time: float) -> ContactLoads:
-        """The rubber's points at `time` (s) if they do not move relative to the plate."""
+        """The `loads` with the plate's speed at `time` (s): rubber at rest relative to the
+        plate.
+        """
         return replace(loads, speed=np.full_like(loads.speed, self._speeds.at(time)))
 
     def faster(self, loads: ContactLoads, by: Array) -> ContactLoads:
-        """The rubber's points if they slip faster by velocities of the rubber (dofs,), m/s."""
+        """The `loads` with rubber velocities `by` (dofs,), m/s, added to the slip speeds."""
         surface, dim = self._block.surface, self._block.rubber.mesh.geometry.dim
         change = surface.displacements(by.reshape(-1, dim))[..., 0].ravel()
         return replace(loads, speed=loads.speed + change)

@@ -1,4 +1,4 @@
-"""How a block relaxes from step to step: before its equilibrium, and after it."""
+"""Viscoelastic relaxation of a block over a step: before its equilibrium, and after it."""
 
 from __future__ import annotations
 
@@ -18,8 +18,10 @@ from iceslide_fem.runtime.arrays import Array
 
 
 class RelaxationStep(NamedTuple):
-    """After a step: the rubber's internal variables, None of an elastic one; the interface, whose
-    rubber the heat has warmed; the heat, J of the whole block; the error of the stress, Pa.
+    """Result of relaxation over a step.
+
+    relaxed: internal variables, None for elastic rubber; interface: film and ice, with the rubber
+    warmed by the dissipation; dissipation: heat of the whole block, J; error: of the stress, Pa.
     """
 
     relaxed: Relaxed | None
@@ -29,24 +31,24 @@ class RelaxationStep(NamedTuple):
 
 
 class Relaxing(Protocol):
-    """What a coupled step asks of the block's relaxation. All is collective.
+    """Relaxation of a block, as a coupled step uses it. All methods are collective.
 
-    may_skip: whether a block whose loads hardly change stays as it is.
+    may_skip: whether equilibrium may be skipped while the loads hardly change.
     """
 
     may_skip: bool
 
     def at_rest(self) -> Relaxed | None:
-        """Internal variables of a block that has just been brought to its present displacements."""
+        """Internal variables of a block deformed instantaneously to its present state."""
 
     def begin_at_once(self) -> None:
-        """Let the block's equilibrium be one that it is brought to in no time."""
+        """Prepare equilibrium under instantaneous deformation."""
 
     def begin(self, start: CoupledState, dt: float) -> None:
-        """Let the block's equilibrium be that at the end of a step of `dt` (s) from `start`."""
+        """Prepare equilibrium at the end of a step of `dt` (s) from `start`."""
 
     def end(self, start: CoupledState, dt: float, interface: InterfaceState) -> RelaxationStep:
-        """The step as it ends at the block's present displacements, with this `interface`."""
+        """The result at the block's present displacements, with `interface` at the end."""
 
 
 class Elastic:
@@ -64,13 +66,15 @@ class Elastic:
         """Nothing."""
 
     def end(self, start: CoupledState, dt: float, interface: InterfaceState) -> RelaxationStep:
-        """Nothing happens."""
+        """The `interface` unchanged, and no heat."""
         return RelaxationStep(None, interface)
 
 
 class Viscoelastic:
-    """A `block` that relaxes. Its heat warms a mesh that conducts heat at the end of the step, and
-    times go with the temperature at the start of the next one.
+    """A viscoelastic `block`.
+
+    Its dissipation warms the heat-conducting rubber mesh, if there is one, at the end of the step.
+    Relaxation times follow the temperature at the start of a step.
     """
 
     may_skip = False
@@ -83,24 +87,24 @@ class Viscoelastic:
         self._shape = np.array(element.tabulate(0, rubber.points))[0, ..., 0]
         self._dofs = compat.cell_dofs(space)[: len(rubber.volume)]
         self._nodes = len(block.rubber.displacements)
-        portions = (self._shape**2).sum(axis=0)  # of a cell's heat, for its nodes: all positive
+        portions = (self._shape**2).sum(axis=0)  # of a cell's heat to its nodes, all positive
         self._portions = portions / portions.sum()
 
     def at_rest(self) -> Relaxed:
-        """Nothing has relaxed."""
+        """Internal variables before any relaxation."""
         return self._rubber.at_rest()
 
     def begin_at_once(self) -> None:
-        """With the instantaneous modulus."""
+        """Set the instantaneous modulus."""
         self._rubber.begin_elastic()
 
     def begin(self, start: CoupledState, dt: float) -> None:
-        """What has relaxed until `start` goes on."""
+        """Continue from the internal variables of `start`."""
         assert start.relaxed is not None
         self._rubber.begin_step(start.relaxed, dt, self._temperature(start))
 
     def end(self, start: CoupledState, dt: float, interface: InterfaceState) -> RelaxationStep:
-        """With what has relaxed by then."""
+        """Internal variables, dissipation and error at the end of the step."""
         assert start.relaxed is not None
         after, heat, error = self._rubber.end_step(start.relaxed, dt, self._temperature(start))
         if isinstance(self._ice, MeshedIceAndRubber):
@@ -110,7 +114,7 @@ class Viscoelastic:
         return RelaxationStep(after, interface, self._scale * self._rubber.total(heat), error)
 
     def _temperature(self, start: CoupledState) -> Array | float:
-        """Of the rubber, K: everywhere, or at the points (c, q) of its mesh."""
+        """Temperature of the rubber, K: uniform, or at the quadrature points (c, q)."""
         if not isinstance(self._ice, MeshedIceAndRubber):
             return self._ambient
         rise = self._ice.rubber_rise(start.interface.ice)
@@ -118,6 +122,6 @@ class Viscoelastic:
 
 
 def relaxing(block: Block, frame: FilmFrame) -> Relaxing:
-    """How the `block` on this `frame` relaxes."""
+    """The relaxation law of `block` on this `frame`."""
     rubber = block.rubber.viscoelasticity
     return Elastic() if rubber is None else Viscoelastic(block, rubber, frame)

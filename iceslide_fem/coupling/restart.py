@@ -1,4 +1,4 @@
-"""The state of a slide as arrays that know nothing of ranks (`layouts`), and how it is restored."""
+"""The state of a run as arrays that do not depend on the partition (`layouts`), and its restart."""
 
 from __future__ import annotations
 
@@ -20,15 +20,14 @@ from iceslide_fem.rubber.time_discretisation import Motion
 from iceslide_fem.rubber.viscoelasticity import Relaxed
 from iceslide_fem.runtime.arrays import Array
 
-MOVES = ("displacements", "velocity", "acceleration")  # of a Motion, at the nodes
+MOVES = ("displacements", "velocity", "acceleration")  # fields of Motion, at the nodes
 
 
 class Layouts(NamedTuple):
-    """The rubber's nodes and contact points, films, internal variables, and the heat states of ice
-    and rubber.
+    """Layouts of nodes, contact points, films, internal variables, and heat of ice and rubber.
 
-    Rubber conducts heat above its contact points, wherever the films live; walls are its walls'
-    own points, and it relaxes at points of its cells.
+    Heat of the rubber is at its contact points, also if films are on the ice. `walls` are the
+    points of self-contact. Internal variables are at quadrature points of the cells.
     """
 
     nodes: Layout
@@ -42,14 +41,14 @@ class Layouts(NamedTuple):
 
 
 def node_layout(block: Block) -> PointLayout:
-    """The rubber's nodes, by their undeformed positions."""
+    """The rubber's nodes, identified by their undeformed positions."""
     space, dim = block.rubber.space, block.rubber.mesh.geometry.dim
     coordinates = space.tabulate_dof_coordinates()[:, :dim]
     return PointLayout(coordinates, space.dofmap.index_map.size_local, block.surface.comm)
 
 
 def layouts_of(block: Block, frame: FilmFrame) -> Layouts:
-    """Layouts of everything that a sliding block keeps from step to step."""
+    """Layouts of the whole state of a sliding block."""
     comm, surface = block.surface.comm, block.surface
     undeformed = surface.positions(np.zeros_like(block.rubber.displacements))
     undeformed = undeformed.reshape(surface.n_points, undeformed.shape[-1])
@@ -83,7 +82,7 @@ def _of_ice(ice: Ice, layout: Callable[[OwnNodes | None], Layout], comm: MPI.Com
 
 
 def checkpoint_tables(sliding: Sliding) -> dict[str, Any]:
-    """All that later steps depend on, in tables: of arrays this rank's own. Collective."""
+    """The checkpoint: this rank's part of all that later steps depend on. Collective."""
     block, frame, now = sliding.block, sliding.frame, sliding.checkpoint_state()
     layouts, dim = layouts_of(block, frame), block.rubber.mesh.geometry.dim
     state, motion = now.interface, now.motion._asdict()
@@ -107,7 +106,7 @@ def checkpoint_tables(sliding: Sliding) -> dict[str, Any]:
         "memory": layouts.internal.kept({"memory": state.internal} if len(state.internal) else {}),
         "ice": layouts.ice.kept(frame.ice.saved(state.ice)),
         "rubber": layouts.rubber.kept(frame.rubber.saved(state.rubber)),
-        "walls": layouts.self_contact.kept(_saved_grip(block, now.stick_points)),
+        "walls": layouts.self_contact.kept(_saved_stick_points(block, now.stick_points)),
         "relaxed_for": 0.0 if now.relaxed is None else now.relaxed.span,
         "relaxed": layouts.relaxed.kept(_saved_relaxed(now.relaxed)),
     }
@@ -116,13 +115,11 @@ def checkpoint_tables(sliding: Sliding) -> dict[str, Any]:
 def resumed(
     block: Block, state: Mapping[str, Any], others: Sequence[Callable[[str], Arrays]] = ()
 ) -> Sliding:
-    """The slide whose tables `checkpoint_tables` gave, at its moment, on any number of ranks.
-    Collective.
+    """The run restored from the tables of `checkpoint_tables`, on any number of ranks.
 
-    state: what one rank gave; others: tables of arrays, by their names, that each other one gave.
-
-    The scene's duration may be a longer one. Raises SceneError if the state does not fit the
-    meshes, and what forged tables lead to.
+    Collective. state: tables that one rank saved; others: tables of arrays by name, for each other
+    rank that saved. The scene's duration may be longer than in the earlier run. Raises SceneError
+    if the state does not fit the meshes. Manipulated tables may raise any other error.
     """
 
     def kept(name: str) -> Iterator[Arrays]:
@@ -131,7 +128,7 @@ def resumed(
             yield other(name)
 
     nodes = {name: v.T.ravel() for name, v in node_layout(block).own(kept("nodes")).items()}
-    block.rubber.u.x.array[:] = nodes["start"]  # where the ice was meshed
+    block.rubber.u.x.array[:] = nodes["start"]  # the ice mesh was built there
     sliding = Sliding(block, layers_for=state["layers_for"])
     sliding.number = state.get("pass", 1)
     frame = sliding.frame
@@ -173,7 +170,7 @@ def resumed(
 
 
 def _saved_relaxed(relaxed: Relaxed | None) -> Arrays:
-    """Internal variables (..., n) at the points where rubber relaxes."""
+    """Internal variables (..., n) at the quadrature points."""
     if relaxed is None:
         return {}
     parts = {"relaxed": relaxed.relaxed, "rate": relaxed.rate}
@@ -189,7 +186,7 @@ def _behind(values: Array) -> Array:
 def _restored_relaxed(
     block: Block, span: float, displacements: Array, saved: Arrays
 ) -> Relaxed | None:
-    """Internal variables of what was `saved` at these displacements of all dofs. Collective."""
+    """Internal variables from the `saved` arrays, at `displacements` of all dofs. Collective."""
     rubber = block.rubber.viscoelasticity
     if rubber is None:
         return None
@@ -203,6 +200,6 @@ def _restored_relaxed(
     return rubber.restored(at_points(saved["relaxed"]), at_points(saved["rate"]), span)
 
 
-def _saved_grip(block: Block, stick_points: StickPoints | None) -> Arrays:
+def _saved_stick_points(block: Block, stick_points: StickPoints | None) -> Arrays:
     self_contact = block.rubber.self_contact
     return {} if self_contact is None or stick_points is None else self_contact.saved(stick_points)

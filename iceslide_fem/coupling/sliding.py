@@ -1,6 +1,6 @@
-"""Sliding of a block over time: coupled steps (`coupled_step`) as long as their errors allow.
+"""Sliding of a block over time, in coupled steps (`coupled_step`).
 
-Nothing of the last committed state is touched before a trial step is accepted.
+Each step is shortened until its errors are accepted. A rejected step leaves the state unchanged.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from iceslide_fem.runtime.errors import NotConverged, SimulationStopped
 FIRST_STEP = 1e-5
 LONGEST_STEP = 0.025  # of the duration, so that curves are smooth
 SMALLEST_STEP = 1e-10  # of the duration
-# What is told of a trial step that is rejected: its length (s), and why.
+# Called for each rejected trial step with its length (s) and the reason.
 Rejection = Callable[[float, Exception], None]
 
 
@@ -42,10 +42,10 @@ def _motion_law(block: Block) -> MotionLaw:
 
 
 class Sliding:
-    """Sliding of a block that has reached its speed, from t = 0, step by step.
+    """Sliding of a block from t = 0, step by step, at the plate's prescribed speed.
 
-    `current` is the last committed state; `motion_law` how the block moves; `layers_for` (s): the
-    run's duration by which the layers of what conducts heat have been chosen.
+    current: the last committed state; motion_law: quasi-static or dynamic; layers_for: duration (s)
+    for which the depth of the heat-conducting layers was chosen.
     """
 
     def __init__(
@@ -56,7 +56,7 @@ class Sliding:
     ) -> None:
         """Prepare film, heat and step control at the block's present displacements.
 
-        `layers_for`: that of the run that this one goes on with; by default the scene's duration.
+        layers_for: that of the run to continue; by default the scene's duration.
         """
         scene = block.scene
         self.block = block
@@ -66,7 +66,7 @@ class Sliding:
         self.motion_law = _motion_law(block)
         self._plate = plate = Plate(block)
         self._longest = scene.numerics.max_step or LONGEST_STEP * self._duration
-        if plate.passing < np.inf:  # no ice passes from cell to cell unseen
+        if plate.passing < np.inf:  # ice moves by few cells in a step
             self._longest = min(self._longest, cells_in_a_step(scene) * plate.passing)
         error = StepError(block, self._longest, limits)
         self._relaxing = relaxing(block, self.frame)
@@ -79,7 +79,7 @@ class Sliding:
         self.current = self._at_rest(0.0, interface)
 
     def _at_rest(self, time: float, interface: InterfaceState) -> CoupledState:
-        """A pass that begins at `time` (s) with the block's present displacements. Collective."""
+        """The state of a pass that begins at `time` (s), at present displacements. Collective."""
         block, loads = self.block, self._plate.first_loads()
         interface, stored, *_ = self._drainage.begun(interface, loads)
         motion = motion_at_rest(block.rubber.u.x.array)._replace(time=time)
@@ -103,12 +103,12 @@ class Sliding:
 
     @property
     def pass_is_over(self) -> bool:
-        """Whether a pass has ended and another one is to come."""
+        """Whether the present pass has ended and another one follows."""
         return self._end <= self.current.time < self.block.scene.load.sliding_time
 
     @property
     def _end(self) -> float:
-        """When this pass ends, s."""
+        """End of the present pass, s."""
         return self.number * self._duration
 
     @property
@@ -118,8 +118,10 @@ class Sliding:
         return min(first, self._longest)
 
     def begin_pass(self) -> None:
-        """Rest, and begin the next pass: the block is as it was at t = 0, on the ice as it is now.
-        Collective. Raises SimulationStopped where that has no equilibrium.
+        """Let the ice rest, and begin the next pass.
+
+        The block is again in its state of t = 0; the ice keeps its state. Collective. Raises
+        SimulationStopped if the block has no equilibrium there.
         """
         block, scene, frame = self.block, self.block.scene, self.frame
         assert isinstance(frame, Attached)  # only attached ice has passes
@@ -145,7 +147,7 @@ class Sliding:
         self._dt = self._film_dt = self._first_step
 
     def checkpoint_state(self) -> CheckpointState:
-        """All that later steps depend on, of this rank."""
+        """This rank's part of all that later steps depend on."""
         now = self.current
         return CheckpointState(
             time=now.time,
@@ -166,7 +168,7 @@ class Sliding:
         )
 
     def restore(self, state: CheckpointState) -> None:
-        """Go to a moment of a run of this scene from the same start. Collective."""
+        """Set the state of another run of this scene with the same start. Collective."""
         interface, motion, relaxed = state.interface, state.motion, state.relaxed
         self.block.rubber.u.x.array[:] = motion.displacements
         self.block.set_stick_points(state.stick_points)
@@ -195,7 +197,7 @@ class Sliding:
 
     @property
     def moment(self) -> str:
-        """The present moment, in words."""
+        """The present time, in words for messages."""
         load = self.block.scene.load
         moment = f"t = {1e3 * self.current.time:.4g} ms of {1e3 * load.sliding_time:.4g} ms"
         return moment if load.passes == 1 else f"{moment} of sliding, in pass {self.number}"
@@ -206,16 +208,16 @@ class Sliding:
         return self.block.rubber.n_dofs + self.frame.ice.n_dofs
 
     def steps(self, between_trials: Rejection = lambda dt, reason: None) -> Iterator[AcceptedStep]:
-        """All steps to the end of the pass (see `advance`), each committed when it is yielded."""
+        """All steps to the end of the pass (see `advance`). A yielded step is committed."""
         while self.current.time < self._end:
             yield self.advance(between_trials)
 
     def advance(self, between_trials: Rejection = lambda dt, reason: None) -> AcceptedStep:
         """Make the next step, shortened until it is accepted, and commit it.
 
-        `between_trials` is given the length and the fault of every trial that is rejected, on all
-        ranks, when everything is again as the last accepted step left it; it may raise. Raises
-        SimulationStopped where no step, however short, is accepted.
+        between_trials: called on all ranks after each rejected trial, with its length and its
+        error. The state is then that of the last accepted step. It may raise. Raises
+        SimulationStopped if no step, however short, is accepted.
         """
         rejected = 0
         values = self.block.rubber.u.x.array
@@ -234,7 +236,7 @@ class Sliding:
                 if isinstance(reason, NotConverged):
                     self.block.equilibrium.forget()
                 factor = reason.factor if isinstance(reason, StepRejected) else 0.25
-                # what a first cut has not mended is a corner in the step: it falls slowly
+                # a second rejection means a kink in the step: its error falls slowly with dt
                 self._dt = dt * (min(factor, 0.5) if rejected else factor)
                 rejected += 1
                 if not self._dt >= SMALLEST_STEP * self._duration or not self._step.adaptive:
@@ -248,9 +250,9 @@ class Sliding:
                 self.current = self.current._replace(time=self._end)
             following = trial.next_dt
             if self._step.adaptive:
-                if rejected or trial.dt < dt:  # what was too long is so in the next step, too
+                if rejected or trial.dt < dt:  # the next step is no longer
                     following = min(following, trial.dt)
-                if cut and not rejected:  # a short step to a corner says nothing of the next
+                if cut and not rejected:  # a step cut at a kink does not limit the next
                     following = max(following, self._dt)
                 if trial.dt == corner:
                     following = min(following, self._step.first_behind_kink(self.current))

@@ -1,4 +1,4 @@
-"""The state of a sliding block between steps, and what an accepted step is."""
+"""The state of a sliding block between steps, and an accepted step."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from iceslide_fem.runtime.arrays import Array
 class WaterFlows(NamedTuple):
     """Water of the whole block over a step or a run, m3.
 
-    squeezed_water: what contact has squeezed out of films; brought_water: what ice has brought;
-    lost_water: what was wiped off or has left the window of ice; pushed_out_water: what has flowed
-    out from below the lugs and into no sipe.
+    squeezed_water: squeezed out of films by contact; brought_water: brought in by new ice;
+    lost_water: wiped off, or left behind by the window of ice; pushed_out_water: outflow from below
+    the lugs that enters no sipe.
     """
 
     squeezed_water: float = 0.0
@@ -32,15 +32,15 @@ class WaterFlows(NamedTuple):
 
 
 class CoupledState(NamedTuple):
-    """Everything that a step starts from: committed as a whole, or not at all.
+    """The state at the start of a step. It is committed as a whole or not at all.
 
-    time (s); motion: of the block when it was last solved for; contact and solved_shear (of the
-    points, Pa): of then; loads: the rubber's points, (n,); interface: film and ice; mechanics: what
-    the block does and stores; quiescent: whether the last step changed the shear so little that
-    mechanics may be skipped; relaxed: of rubber that relaxes, None if it is elastic; stick_points:
-    of its walls on each other, None without friction there; sliding_distance: of the block over the
-    ice since t = 0, m; largest_friction_force: since then, N; stored: water in the sipes, (sipes,),
-    m3 (m2 in a slice).
+    time: s; motion: of the block at its last equilibrium; contact: of that equilibrium; loads: of
+    the contact points, (n,); interface: film and ice; mechanics: forces and stored energies;
+    solved_shear: shear of the last equilibrium, (n,), Pa; quiescent: whether the shear changes so
+    little that mechanics may be skipped; relaxed: internal variables, None if elastic;
+    stick_points: of self-contact, None without friction; sliding_distance: of the block over ice
+    since t = 0, m; largest_friction_force: since t = 0, N; stored: water in the sipes, (sipes,), m3
+    (m2 in a slice).
     """
 
     time: float
@@ -59,11 +59,11 @@ class CoupledState(NamedTuple):
 
 
 class CheckpointState(NamedTuple):
-    """All that later steps depend on between two steps: the rest of the state follows from it.
+    """The part of the state that a checkpoint saves; the rest follows from it.
 
-    time and dt, the length of the next step (s), film_dt: of the next substep of film and heat;
-    start: displacements at t = 0; speed, shear (of the points, m/s and Pa) and offset (m): of the
-    loads; the others as in `CoupledState`.
+    time: s; dt: length of the next step, s; film_dt: of the next substep of film and heat, s;
+    start: displacements at t = 0; speed, shear, offset: of the contact points, m/s, Pa and m. The
+    other fields are those of `CoupledState`.
     """
 
     time: float
@@ -84,12 +84,12 @@ class CheckpointState(NamedTuple):
 
 
 class AcceptedStep(NamedTuple):
-    """An accepted step: the state it leads to, and what happened in it.
+    """An accepted step: the state at its end, and its data.
 
-    dt: its length, and next_dt: that of the next one by its errors, s; subcycles: of film and heat;
-    energies: its entries in the ledger; loads: the rubber's points at its end, before the window
-    moved; iterations: Newton's; solved: whether the block was solved; water: its entries in the
-    ledger; rejected: trial steps before that were not accepted.
+    dt: step length, s; next_dt: length that its errors allow for the next step, s; subcycles: of
+    film and heat; energies, water: entries in the ledger; loads: contact loads at its end, before
+    the window shifts; iterations: Newton iterations; solved: whether equilibrium was solved;
+    rejected: number of rejected trial steps before it.
     """
 
     state: CoupledState

@@ -1,7 +1,7 @@
-"""How large a step's errors are, relative to what the scene's tolerance allows.
+"""Errors of a step, relative to the limits that the scene's tolerance sets.
 
-Errors at the points are means over all ranks, weighted with the friction force of each: the mean
-of relative errors of the shear bounds that of mu.
+Errors at points are averaged over all ranks, weighted with the friction force of each point. This
+mean of relative shear errors bounds the relative error of mu.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from iceslide_fem.runtime.arrays import Array
 
 
 class StepRejected(ArithmeticError):
-    """A trial step is not good enough: `factor` says how much shorter the next should be."""
+    """A trial step is rejected. `factor` times its length is the length of the next trial."""
 
     def __init__(self, reason: str, factor: float) -> None:
         super().__init__(reason)
@@ -28,19 +28,19 @@ class StepRejected(ArithmeticError):
 
 
 class StepError:
-    """Errors of a step of `block` on its interface; 1 is what is allowed. All are collective."""
+    """Errors of a step of `block` on its interface, over their limits. All are collective."""
 
     def __init__(self, block: Block, longest: float, limits: StepLimits = LIMITS) -> None:
-        """`longest`: step that is made of the slide, s."""
+        """`longest`: largest length of a step, s."""
         scene = block.scene
         self._block, self.limits = block, limits
-        # Shear (Pa) that moves the bottom of the block as far as it may lag behind.
+        # Shear (Pa) that moves the bottom of the block by the allowed lag.
         stiffness = scene.mooney_rivlin.youngs_modulus / (3.0 * block.height)
         lag = limits.skipped_motion * scene.load.speeds.mean * longest
         self._skipped_shear = lag * stiffness
         self._tolerance = tolerance = scene.numerics.tolerance
         self._local_tolerance = limits.local * tolerance**limits.local_power
-        # However large a tolerance: energies of a block and a film that agree less do not close.
+        # A larger disagreement of block and film leaves the energy balance open at any tolerance.
         self._agreement = min(tolerance, limits.energy)
         scale = scene.ice.melting_temperature - scene.ice.temperature
         if scene.ice.motion == "sliding":
@@ -49,12 +49,12 @@ class StepError:
 
     @property
     def least_friction(self) -> float:
-        """A friction force of the whole block that counts as none, N."""
+        """Friction force of the whole block below which errors are absolute, N."""
         block, least = self._block, self.limits.least_friction
         return least * block.scene.load.pressures.smallest * block.area * block.scale
 
     def of_film(self, interface_step: InterfaceStep) -> float:
-        """Local error of film and heat over a step; infinite if one has failed."""
+        """Local error of film and heat over a step; infinite if a value is not finite."""
         scale = np.full(interface_step.area.shape, self._temperature_scale)
         error = interface_step.local_error(scale)
         friction = interface_step.friction()
@@ -64,9 +64,11 @@ class StepError:
         return self._mean(error, friction) / self._local_tolerance
 
     def of_motion(self, error: Array, dt: float, area: Array, elasticity: float = 1.0) -> float:
-        """Error (m, of all dofs) of the block's motion: by its stress, and by its slip speed.
+        """Error of the block's motion from its displacement error (dofs,), m.
 
-        `elasticity`: of friction with the slip speed, v / F dF/dv; 1 of a film.
+        It is the larger one of the relative errors of stress and slip speed.
+
+        elasticity: of friction in the slip speed, v/F dF/dv; 1 for a viscous film.
         """
         surface, scene = self._block.surface, self._block.scene
         nodal = error.reshape(self._block.rubber.displacements.shape)
@@ -78,19 +80,19 @@ class StepError:
         return self._mean(size, area) * max(stress, speed) / self._local_tolerance
 
     def of_stress(self, error: float) -> float:
-        """Error (Pa) of the stress of rubber that relaxes, against the pressure."""
+        """Error (Pa) of the viscoelastic stress, relative to the pressure."""
         return error / (self._block.scene.load.pressures.smallest * self._local_tolerance)
 
     def of_coupling(self, before: InterfaceStep, after: InterfaceStep) -> float:
-        """What one more pass over block and film has changed."""
+        """Change of the film by one more iteration of block and film."""
         allowed = self.limits.agreement * self._agreement
         return self._mean(after.change(before), after.friction()) / allowed
 
     def of_line(self, forces: Sequence[float], ends: Sequence[float]) -> float:
-        """How far friction `forces` (N) within a step leave the line between its ends.
+        """Largest distance of friction `forces` (N) within a step from the line between its ends.
 
-        `forces` are those at its start and at the `ends` of its parts, in any unit of time from its
-        start. A history has one row per step.
+        The forces are at the start and at the `ends` of the substeps, in any unit of time from the
+        start. History output has one row per step, so friction has to be nearly linear in it.
         """
         line = np.interp(ends, [0.0, ends[-1]], [forces[0], forces[-1]])
         off = float(np.abs(np.array(forces[1:]) - line).max())
@@ -98,8 +100,8 @@ class StepError:
         return off / (self.limits.curve * self._tolerance * size)
 
     def straight_parts(self, forces: Sequence[float], ends: Sequence[float]) -> tuple[int, float]:
-        """How many parts of a step, from its start, may be one step; and how far friction leaves
-        the line between the ends of that, as `of_line` has it.
+        """Number of substeps, from the start, over which friction is nearly linear; its
+        `of_line`.
         """
         for parts in range(len(ends), 0, -1):
             nonlinearity = self.of_line(forces[: parts + 1], ends[:parts])
@@ -108,11 +110,11 @@ class StepError:
         return parts, nonlinearity
 
     def of_velocity(self, force: float, extrapolated: float, straight: Sequence[float]) -> float:
-        """How far the friction `force` (N) at the end of a step is from that by the predictor.
+        """Difference of the friction `force` (N) at the end of a step from its prediction.
 
-        `extrapolated`: with the velocity that the block's last parabola gives; `straight`: with the
-        velocity held, and before the block was solved for. Far from one of these it has to be the
-        nearer to the former.
+        extrapolated: friction at the velocity extrapolated from the block's last parabola;
+        straight: friction at the held velocity, and before equilibrium. Far from either of
+        `straight`, the force has to be close to `extrapolated`.
         """
         size, limits = self._tolerance * max(abs(force), self.least_friction), self.limits
         off = abs(force - extrapolated) / size
@@ -120,15 +122,13 @@ class StepError:
         return max(off / limits.predicted, min(off / limits.smooth, change / limits.straight))
 
     def first_behind_kink(self, force: float, rate: float) -> float:
-        """The step (s) in which friction goes as far from the predicted `force` (N) as it may,
-        where its rate of change jumps by `rate` (N/s).
-        """
+        """The step (s) in which a jump of dF/dt by `rate` (N/s) moves friction to its limit."""
         size = max(abs(force), self.least_friction)
         off = self.limits.predicted * self._tolerance * size
         return off / abs(rate) if rate else np.inf
 
     def is_jump(self, force: float, extrapolated: float) -> bool:
-        """Whether friction (N) is so far from the predicted one that the velocity has jumped."""
+        """Whether friction (N) differs so much from its prediction that the velocity has jumped."""
         return abs(force - extrapolated) > self.limits.jump * max(abs(force), self.least_friction)
 
     def may_snap(self, dt: float) -> bool:
@@ -136,11 +136,11 @@ class StepError:
         return dt <= self.limits.snap_step * self._block.scene.load.duration
 
     def of_energy(self, energies: Energies, dt: float, friction: float) -> float:
-        """What is missing in the energies of a step of `dt` (s), or too much.
+        """Error of the energy balance of a step of `dt` (s), over its limit.
 
-        Where loads go in time they are small against what moves when the plate starts or stops, or
-        is pressed, and under a law that is not viscous when its friction dies away. `friction` (N)
-        at the mean speed is taken then, and what the load does.
+        The reference is the energy turned over. It is small when the plate starts, stops or
+        presses, and when friction under a law that is not viscous dies away. The reference is then
+        at least the work of `friction` (N) at the mean speed, and the load's work.
         """
         taken = energies.ice_heat + energies.rubber_heat + energies.latent_heat
         turnover = max(abs(energies.friction_work), taken)
@@ -154,23 +154,23 @@ class StepError:
         return abs(energies.missing) / (fraction * turnover) if turnover else np.inf
 
     def may_skip_mechanics(self, shear: Array, solved: Array, area: Array) -> bool:
-        """Whether the block need not be solved under `shear` (Pa) after it was under that `solved`.
+        """Whether equilibrium at `shear` (Pa) may be skipped after one at shear `solved` (Pa).
 
-        It is quiet, and would hardly move when it is solved again.
+        Both the change of shear and the displacement of a new equilibrium have to be small.
         """
         most = min(self._skipped_shear, self._quiet(solved, area))
         return self._mean(shear - solved, area) <= most
 
     def is_quiet(self, shear: Array, solved: Array, area: Array) -> bool:
-        """Whether the block may stay as it was solved for under the shear `solved` (Pa)."""
+        """Whether `shear` (Pa) hardly differs from the shear `solved` (Pa) of equilibrium."""
         return self._mean(shear - solved, area) <= self._quiet(solved, area)
 
     def _quiet(self, solved: Array, area: Array) -> float:
-        """Change (Pa) of the mean shear `solved` that is no reason to solve for the block."""
+        """Largest mean change (Pa) of the shear `solved` that needs no new equilibrium."""
         return self.limits.quiet * self._agreement * self._mean(solved, area)
 
     def _mean(self, values: Array, weights: Array) -> float:
-        """Mean size of `values` over all ranks' points; 0 without weight."""
+        """Weighted mean of |values| over all ranks' points; 0 if all weights are 0."""
         total = np.array([weights @ np.abs(values), weights.sum()])
         self._block.surface.comm.Allreduce(MPI.IN_PLACE, total, op=MPI.SUM)
         return float(total[0] / total[1]) if total[1] != 0.0 else 0.0

@@ -1,4 +1,4 @@
-"""Film and heat over a coupled step, in substeps of their own: what there is of it."""
+"""The result of subcycling: film and heat over a coupled step, in substeps."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from iceslide_fem.runtime.arrays import Array
 
 
 class Subcycles(NamedTuple):
-    """Film and heat over a coupled step.
+    """Substeps of film and heat over a coupled step.
 
-    substeps; ends: of each, as a fraction of the coupled step; loads: of the points there; next_dt:
-    length of the substep that film and heat would make next, s.
+    substeps: their results; ends: their ends, as fractions of the coupled step; loads: contact
+    loads at these ends; next_dt: length that the errors allow for the next substep, s.
     """
 
     substeps: tuple[InterfaceStep, ...]
@@ -24,7 +24,7 @@ class Subcycles(NamedTuple):
     next_dt: float
 
     def first(self, count: int) -> Subcycles:
-        """Of its first `count` substeps, fewer than it has."""
+        """The first `count` substeps, fewer than all, rescaled to their end."""
         reached, then = self.ends[count - 1], float(self.substeps[count].step.dt)
         ends = tuple(end / reached for end in self.ends[:count])
         return Subcycles(self.substeps[:count], ends, self.loads[:count], then)
@@ -36,5 +36,5 @@ class Subcycles(NamedTuple):
 
     @property
     def area(self) -> Array:
-        """What each film of each substep stands for, one after the other, m2."""
+        """Area of each film in each substep, substep after substep, m2."""
         return np.concatenate([one.area for one in self.substeps])

@@ -1,9 +1,8 @@
-"""Subcycling of film and heat: steps of their own within a coupled step.
+"""Subcycling of film and heat: substeps within a coupled step.
 
-Points of the ice begin to melt one after the other, which film and heat have to follow in steps
-much shorter than those in which the block moves. Between the ends of a coupled step the loads of
-the contact points lie on straight lines. Where ice slides, it goes on by a cell in a substep at
-most.
+Points of the ice begin to melt one after the other. Film and heat follow this in steps much shorter
+than those of the block. The contact loads are linear in time over a coupled step. Sliding ice moves
+by at most one cell in a substep.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ class Subcycling:
         integrator: Integrator,
         longest: float = math.inf,
     ) -> None:
-        """`longest`: of a substep, s."""
+        """`longest`: largest length of a substep, s."""
         self._frame, self._error, self._integrator = frame, error, integrator
         self._longest, self._most = longest, error.limits.most_substeps
         self._adaptive = bool(integrator.estimate)
@@ -45,7 +44,7 @@ class Subcycling:
         dt: float,
         first_dt: float,
     ) -> Subcycles:
-        """From `state` over `dt` (s), in substeps that their errors ask for, the first `first_dt`.
+        """Advance `state` over `dt` (s), in substeps by error control; the first is `first_dt`.
 
         Raises StepRejected, or NotConverged.
         """
@@ -90,7 +89,7 @@ class Subcycling:
         dt: float,
         before: Subcycles,
     ) -> Subcycles:
-        """The same substeps as `before` under other loads at the end; errors up to twice as large.
+        """Repeat the substeps of `before` under new loads at the end. Errors up to 2 are accepted.
 
         Raises StepRejected, or NotConverged.
         """
@@ -112,7 +111,7 @@ class Subcycling:
 
 
 def between(start: ContactLoads, end: ContactLoads, fraction: float) -> ContactLoads:
-    """Loads at the `fraction` of a step, on straight lines between its ends."""
+    """Loads at a `fraction` of a step, interpolated linearly between its ends."""
     if fraction == 1.0:
         return end
     return ContactLoads(

@@ -1,4 +1,4 @@
-"""All that touches DOLFINx versions, PETSc's and MUMPS's factors, and compiled forms.
+"""DOLFINx versions, the factors of PETSc and MUMPS, and compiled forms.
 
-The rest of the package takes DOLFINx from `fenics.compat`. Imports `runtime` only.
+The rest of the package imports DOLFINx from `fenics.compat`. Imports `runtime` only.
 """

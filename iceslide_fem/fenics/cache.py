@@ -1,4 +1,4 @@
-"""Where compiled forms are kept, and how processes share them."""
+"""The cache of compiled forms, shared by processes."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.files import writing
 from iceslide_fem.runtime.launch import rank
 
-SEAL = ".sealed"  # of a compiled module: its files and their sizes
+SEAL = ".sealed"  # suffix of the file that lists a compiled module's files and sizes
 LOCK = "lock"
 
 
 def cache_folder() -> Path:
     """`$ICESLIDE_CACHE`, or `iceslide/` under `$XDG_CACHE_HOME` (`~/.cache`).
 
-    Where that cannot be written it is a folder under the temporary one, which is said once.
-    Raises SceneError if another user owns it.
+    If it is not writable, a temporary folder is used, with one note to the user. Raises SceneError
+    if another user owns it.
     """
     if folder := os.environ.get("ICESLIDE_CACHE"):
         return Path(folder)
@@ -65,12 +65,12 @@ def processor() -> str:
 
 @contextlib.contextmanager
 def sole_compiler(folder: Path) -> Iterator[None]:
-    """Be the only process that compiles into `folder`, in which every module is whole.
+    """Lock `folder`, so that only this process compiles into it; remove incomplete modules.
 
-    A process that is killed, or a full disk, leaves parts of a module behind. FFCx takes its source
-    for the sign that another process compiles it, and waits. So a module gets a seal with the
-    sizes of its files once it is whole, and a module without a valid seal is removed. The lock is
-    released by the system when its holder dies. Raises OutputError where nothing can be written.
+    A killed process or a full disk leaves an incomplete module. FFCx takes its source for a sign
+    that another process is compiling, and waits. Therefore a complete module gets a seal with the
+    sizes of its files, and a module without a valid seal is removed. The system releases the lock
+    when its holder ends. Raises OutputError if the folder is not writable.
     """
     import fcntl  # not on Windows, where nothing is compiled
 
@@ -91,7 +91,7 @@ def sole_compiler(folder: Path) -> Iterator[None]:
 
 
 def _modules(folder: Path) -> dict[str, dict[str, os.DirEntry[str]]]:
-    """Files of every compiled module, by its name: that of a file before its first dot."""
+    """Files of every compiled module; its name is a file's name up to the first dot."""
     modules: dict[str, dict[str, os.DirEntry[str]]] = defaultdict(dict)
     with os.scandir(folder) as entries:
         for entry in entries:
@@ -101,7 +101,7 @@ def _modules(folder: Path) -> dict[str, dict[str, os.DirEntry[str]]]:
 
 
 def _is_whole(files: dict[str, os.DirEntry[str]]) -> bool:
-    """Whether the `files` of a module are those that its seal names."""
+    """Whether the `files` of a module match its seal."""
     seal = next((entry for name, entry in files.items() if name.endswith(SEAL)), None)
     try:
         sealed = json.loads(Path(seal.path).read_bytes()) if seal is not None else {}

@@ -1,9 +1,9 @@
 """Every difference between DOLFINx 0.5.2 and 0.11, and nothing else.
 
-The rest of the package takes DOLFINx from here (`from iceslide_fem.fenics.compat import MPI, PETSc,
-fem, ufl`), because this module loads the wheel's start-up module first where there is one, and lets
-one process at a time compile (`jit`). What is the same in all versions (`fem.Function`,
-`fem.dirichletbc`, `ufl.Measure`, ...) has no function here.
+The rest of the package imports DOLFINx from here (`from iceslide_fem.fenics.compat import MPI,
+PETSc, fem, ufl`). This module first loads the start-up module of the PyPI wheel, if there is one,
+and it lets only one process compile at a time (`jit`). Names that are equal in all versions
+(`fem.Function`, `fem.dirichletbc`, `ufl.Measure`, ...) have no function here.
 """
 
 from __future__ import annotations
@@ -40,8 +40,8 @@ FloatArray = NDArray[np.float64]
 
 VERSION: str = dolfinx.__version__
 
-# Lets the compiler vectorise sums (a tangent assembles up to twice as fast) but, unlike
-# -ffast-math, keeps NaN and infinity: Newton recognises an inverted element by them.
+# These flags let the compiler vectorise sums; a tangent assembles up to twice as fast. Unlike
+# -ffast-math they keep NaN and infinity, by which Newton detects an inverted element.
 COMPILER_FLAGS = [
     "-O3",
     "-march=native",
@@ -63,10 +63,10 @@ _JIT_DEFAULTS["cache_dir"] = (COMPILED, _JIT_DEFAULTS["cache_dir"][-1])
 
 @contextmanager
 def _unchanged(objects: list[Any]) -> Iterator[None]:
-    """Leave the meshes of forms as they are, whose coordinate elements FFCx 0.5 changes in place.
+    """Protect the meshes of forms: FFCx 0.5 changes their coordinate elements in place.
 
-    It does so on the rank that compiles only: what later forms are called, and so where they are
-    kept, would differ between ranks.
+    It does so only on the rank that compiles. The names of later forms, and their cache files,
+    would then differ between ranks.
     """
     forms = [part for part in objects if isinstance(part, ufl.Form)] if not _HAS_BASIX_UFL else []
     domains = {id(domain): domain for form in forms for domain in form.ufl_domains()}.values()
@@ -91,7 +91,7 @@ def scalar_space(mesh: Any, degree: int) -> Any:
 
 @failing_in_one_sentence
 def vector_space(mesh: Any, degree: int) -> Any:
-    """Continuous Lagrange space of vectors with as many components as the mesh has dimensions."""
+    """Continuous Lagrange space of vectors with the dimension of the mesh."""
     if _HAS_BASIX_UFL:
         return fem.functionspace(mesh, ("Lagrange", degree, (mesh.geometry.dim,)))
     return fem.VectorFunctionSpace(mesh, ("Lagrange", degree))
@@ -99,7 +99,7 @@ def vector_space(mesh: Any, degree: int) -> Any:
 
 @failing_in_one_sentence
 def cellwise_space(mesh: Any) -> Any:
-    """One number in each cell."""
+    """Space of one constant per cell."""
     if _HAS_BASIX_UFL:
         return fem.functionspace(mesh, ("DG", 0))
     return fem.FunctionSpace(mesh, ("DG", 0))
@@ -107,9 +107,9 @@ def cellwise_space(mesh: Any) -> Any:
 
 @failing_in_one_sentence
 def polynomial_space(mesh: Any, degree: int) -> Any:
-    """Complete polynomials of the given degree in every quadrilateral or hexahedron, no continuity.
+    """Discontinuous complete polynomials of the given degree in quadrilaterals or hexahedra.
 
-    Fewer than in a Lagrange space: 1, x, y, z for degree 1.
+    They are fewer than in a Lagrange space: 1, x, y, z for degree 1.
     """
     if _HAS_BASIX_UFL:
         return fem.functionspace(mesh, ("DPC", degree))
@@ -118,7 +118,7 @@ def polynomial_space(mesh: Any, degree: int) -> Any:
 
 @failing_in_one_sentence
 def quadrature_space(mesh: Any, degree: int, components: int) -> Any:
-    """`components` numbers at every point of the default rule of a degree in every cell."""
+    """Space of `components` values at each point of the default rule of a degree."""
     if _HAS_BASIX_UFL:
         from basix.ufl import quadrature_element
 
@@ -255,7 +255,7 @@ def facet_cell_pairs(mesh: Any, facets: IntArray) -> tuple[IntArray, IntArray]:
 
 
 def midpoints(mesh: Any, facets: IntArray) -> FloatArray:
-    """Middles (n, 3) of facets by their local numbers."""
+    """Midpoints (n, 3) of facets with these local numbers."""
     dim = mesh.topology.dim
     mesh.topology.create_connectivity(dim - 1, dim)
     return np.array(
@@ -264,26 +264,24 @@ def midpoints(mesh: Any, facets: IntArray) -> FloatArray:
 
 
 def cell_midpoints(mesh: Any) -> FloatArray:
-    """Middles (n, 3) of the cells that this rank owns."""
+    """Midpoints (n, 3) of the cells that this rank owns."""
     dim = mesh.topology.dim
     owned = np.arange(mesh.topology.index_map(dim).size_local, dtype=np.int32)
     return np.array(dolfinx.mesh.compute_midpoints(mesh, dim, owned)).reshape(-1, 3)
 
 
 def cell_measure(mesh: Any, kinds: IntArray) -> Any:
-    """Measure over the cells; its part (k) are those with number k among the `kinds` (n,) of the
-    cells that this rank owns.
-    """
+    """Measure over cells; subdomain k has the cells of this rank with kind k in `kinds` (n,)."""
     numbers = np.arange(len(kinds), dtype=np.int32)
     tags = dolfinx.mesh.meshtags(mesh, mesh.topology.dim, numbers, kinds.astype(np.int32))
     return ufl.Measure("dx", domain=mesh, subdomain_data=tags)
 
 
 def basix_lagrange(name: str, degree: int) -> Any:
-    """Basix element whose dofs are numbered as those of the spaces above.
+    """Basix element with the dof numbering of the spaces above.
 
     Has `tabulate(derivatives, points)` -> (1 + dim, points, dofs, 1) and `entity_closure_dofs`.
-    True up to degree 2: from degree 3 a cell's dofs are permuted on its edges and faces.
+    Valid up to degree 2: from degree 3 on, dofs are permuted on edges and faces.
     """
     return basix.create_element(
         basix.ElementFamily.P,
@@ -305,9 +303,9 @@ def mesh_from_gmsh(
 ) -> tuple[Any, Any, Any]:
     """Distribute the gmsh model of one rank: (mesh, cell tags, facet tags).
 
-    `model` matters on `rank` only. Its nodes must be numbered from 1 without gaps, and each of its
-    cells must be in one physical group. `owners` says which rank gets which of them, from their
-    nodes, counted from 0 and all in a row.
+    `model` is used on `rank` only. Its nodes must be numbered from 1 without gaps, and each cell
+    must be in one physical group. `owners` returns the rank of each cell from the cells' nodes,
+    counted from 0 in one array.
     """
     try:
         from dolfinx.io import gmsh as reader
@@ -324,14 +322,14 @@ def mesh_from_gmsh(
 
 
 def _partitioner(owners: Callable[[IntArray], IntArray]) -> Callable[..., Any]:
-    """What DOLFINx asks for the ranks of cells, given their nodes on this rank."""
+    """Partitioner for DOLFINx: ranks of cells from their nodes on this rank."""
 
     def partition(comm: Any, ranks: int, dim: Any, cells: Any, *ghosted: Any) -> Any:
         cells = cells[0] if isinstance(cells, list) else cells  # several kinds of them since 0.8
         nodes = np.asarray(getattr(cells, "array", cells))
         found = owners(nodes)
         lists = [[int(owner)] for owner in found]
-        if ghosted and lists:  # before 0.6 nodes that ranks share are found by these cells alone
+        if ghosted and lists:  # before 0.6 shared nodes are found by these cells only
             nodes = nodes.reshape(len(lists), -1)
             touching = np.zeros((nodes.max() + 1, ranks), dtype=bool)
             touching[nodes, found[:, None]] = True
@@ -357,7 +355,7 @@ def _as_rows(table: Any, columns: int) -> IntArray:
 
 
 def solve_linear(ksp: PETSc.KSP, right: PETSc.Vec, solution: PETSc.Vec) -> None:
-    """Solve with `ksp`. Raises what a preconditioner in Python does. Collective."""
+    """Solve with `ksp`. Raises the errors of a Python preconditioner. Collective."""
     try:
         ksp.solve(right, solution)
     except PETSc.Error as error:  # since 3.22 petsc4py has it as the cause of its own
@@ -367,9 +365,9 @@ def solve_linear(ksp: PETSc.KSP, right: PETSc.Vec, solution: PETSc.Vec) -> None:
 
 
 def take_options(ksp: PETSc.KSP) -> None:
-    """Let `ksp` take the user's options. Raises SceneError if PETSc does not know one's value.
+    """Apply the user's options to `ksp`. Collective.
 
-    Collective: all ranks raise it.
+    Raises SceneError on all ranks if PETSc rejects a value.
     """
     try:
         ksp.setFromOptions()

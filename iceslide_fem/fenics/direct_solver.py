@@ -1,6 +1,7 @@
-"""The rubber's linear solver: PETSc's own factors in a slice, MUMPS's symmetric ones in a block.
+"""The rubber's linear solver: PETSc's LU in a slice, symmetric MUMPS factors in a block.
 
-Options with the solver's prefix choose another: `-rubber_pc_type gamg -rubber_ksp_type fgmres`.
+Options with the solver's prefix choose another solver: `-rubber_pc_type gamg -rubber_ksp_type
+fgmres`.
 """
 
 from __future__ import annotations
@@ -13,16 +14,17 @@ from numpy.typing import NDArray
 from iceslide_fem.fenics.compat import PETSc, solve_linear
 from iceslide_fem.runtime.arrays import Array
 
-# MUMPS estimates the room for its factors before it knows the pivots and which rank takes what:
-# so much is added to the estimate, in per cent, and doubled until it is enough.
+# MUMPS estimates its memory before it knows pivots and distribution. This percentage is added to
+# the estimate, and doubled until it suffices.
 ROOM, MORE_ROOM, MOST_ROOM = 100, 200, 1600
-NO_ROOM = (-8, -9)  # MUMPS's errors: too small a workspace of integers, of reals
-SPREAD = 10  # of MUMPS's ICNTL(20): every rank gives its part of a load
+NO_ROOM = (-8, -9)  # MUMPS errors: integer or real workspace too small
+SPREAD = 10  # value of MUMPS's ICNTL(20): distributed right-hand sides
 
 
 class SparseColumns(NamedTuple):
-    """Columns by their entries: those of column k are first[k] to first[k + 1] of rows (global
-    numbers, int32) and values.
+    """Sparse columns (CSC): entries first[k] to first[k + 1] of rows and values are column k.
+
+    Rows are global numbers, int32.
     """
 
     first: NDArray[np.int32]
@@ -36,15 +38,15 @@ class SparseColumns(NamedTuple):
 
 
 def factorise(ksp: PETSc.KSP, dim: int) -> None:
-    """Let `ksp`, which has its matrix, use direct factors in `dim` dimensions. Collective."""
+    """Set up direct factors for `ksp`, which has its matrix, in `dim` dimensions. Collective."""
     pc = ksp.getPC()
     if dim == 3:
         pc.setType("cholesky")
         pc.setFactorSolverType("mumps")
         _give_room(pc, ROOM)
-    elif ksp.comm.size > 1:  # a slice is small: every rank factorises the whole of it
+    elif ksp.comm.size > 1:  # a slice is small: every rank factorises all of it
         pc.setType("redundant")
-    else:  # and PETSc's own factors take a third to a twentieth of MUMPS's time
+    else:  # PETSc's factors take a third to a twentieth of MUMPS's time
         pc.setType("lu")
         pc.setFactorSolverType("petsc")
         if PETSc.Sys.hasExternalPackage("suitesparse"):  # a tenth fewer entries than PETSc's own
@@ -52,13 +54,15 @@ def factorise(ksp: PETSc.KSP, dim: int) -> None:
 
 
 def takes_symmetric(ksp: PETSc.KSP) -> bool:
-    """Whether the factors are of a symmetric matrix: of another they take one half."""
+    """Whether the factors are symmetric, so only half of the matrix is used."""
     return bool(ksp.getPC().getType() == "cholesky")
 
 
 def takes_blocks(ksp: PETSc.KSP) -> bool:
-    """Whether the factors are PETSc's own: with the components of each node in a block they take
-    half the time, and solves with them three quarters. They cannot shift pivots, an option.
+    """Whether the factors are PETSc's, which can use blocks of the components of each node.
+
+    Blocks halve the time of the factors, and reduce that of solves to three quarters. They do not
+    support the option to shift pivots.
     """
     pc = ksp.getPC()
     shifts = PETSc.Options(ksp.getOptionsPrefix()).hasName("pc_factor_shift_type")
@@ -66,16 +70,13 @@ def takes_blocks(ksp: PETSc.KSP) -> bool:
 
 
 def takes_many(ksp: PETSc.KSP) -> bool:
-    """Whether the factors are MUMPS's: several sparse loads hardly take longer than one."""
+    """Whether the factors are MUMPS's: several sparse loads take hardly longer than one."""
     pc = ksp.getPC()
     return bool(pc.getType() in ("lu", "cholesky") and pc.getFactorSolverType() == "mumps")
 
 
 def solve(ksp: PETSc.KSP, right: PETSc.Vec, solution: PETSc.Vec) -> bool:
-    """Solve, with more room for the factors where MUMPS needs it; whether that succeeded.
-
-    Collective.
-    """
+    """Solve, with more memory if MUMPS needs it; returns whether it succeeds. Collective."""
     solve_linear(ksp, right, solution)
     while ksp.getConvergedReason() < 0 and _more_room(ksp):
         solve_linear(ksp, right, solution)
@@ -83,10 +84,10 @@ def solve(ksp: PETSc.KSP, right: PETSc.Vec, solution: PETSc.Vec) -> bool:
 
 
 def solve_many(ksp: PETSc.KSP, loads: SparseColumns) -> Array:
-    """Solutions (k, n) of this rank's unknowns for a few sparse `loads`, the same on all ranks.
+    """Solutions (k, n) at this rank's unknowns for a few sparse `loads`. Collective.
 
-    The factors are those that a first `solve` has made: the first pass through them goes only where
-    the loads are. Collective.
+    Loads are equal on all ranks. The factors are those of an earlier `solve`. The forward solve
+    visits only the part that the loads reach.
     """
     count, first = len(loads.first) - 1, ksp.comm.rank == 0
     sizes, (_, unknowns) = ksp.getOperators()[0].getSizes()
@@ -104,7 +105,7 @@ def solve_many(ksp: PETSc.KSP, loads: SparseColumns) -> Array:
 
 
 def _more_room(ksp: PETSc.KSP) -> bool:
-    """Make more room for the next factors; whether that may help."""
+    """Request more memory for the next factors; returns whether this may help."""
     if not takes_many(ksp):
         return False
     pc = ksp.getPC()
@@ -113,7 +114,7 @@ def _more_room(ksp: PETSc.KSP) -> bool:
     if factors.getMumpsInfog(1) not in NO_ROOM or room > MOST_ROOM:
         return False
     matrix, _ = ksp.getOperators()
-    pc.reset()  # PETSc keeps factors that failed
+    pc.reset()  # PETSc keeps failed factors
     ksp.setOperators(matrix)
     _give_room(pc, room)
     return True
@@ -124,9 +125,9 @@ def _give_room(pc: PETSc.PC, room: int) -> None:
     factors = pc.getFactorMatrix()
     factors.setOptionsPrefix(pc.getOptionsPrefix())
     factors.setMumpsIcntl(14, room)
-    factors.setMumpsIcntl(13, 1)  # the last front on one rank: shared out, solves wait for it
+    factors.setMumpsIcntl(13, 1)  # root front on one rank: solves wait for a distributed one
     factors.setMumpsIcntl(20, SPREAD)
-    # Stiffnesses of one kind of element need neither a permutation of columns nor scaling, which
-    # take 3 to 20 % of the factors' time.
+    # Stiffness matrices of one kind of element need no column permutation and no scaling, which
+    # take 3 to 20 % of the time.
     factors.setMumpsIcntl(6, 0)
     factors.setMumpsIcntl(8, 0)

@@ -1,4 +1,4 @@
-"""FFCx's just-in-time compilation: one process at a time, silent, the same names on every rank."""
+"""FFCx's just-in-time compilation: one process at a time, silent, with equal names on all ranks."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from iceslide_fem.runtime.errors import SceneError
 
 _Result = TypeVar("_Result")
 _Task = TypeVar("_Task", bound=Callable[..., Any])
-# What DOLFINx raises if the first rank cannot compile: there, with the reason, and on the others.
+# DOLFINx's messages if the first rank cannot compile: on that rank, and on the others.
 _FIRST_FAILS = "Failed just-in-time compilation of form: "
 _OTHERS_FAIL = f"{_FIRST_FAILS}Compilation failed on root node."
 _FORMS = "the finite element forms"
@@ -31,9 +31,9 @@ _FORMS = "the finite element forms"
 def compile_alone(
     folder: Path, unchanged: Callable[[list[Any]], contextlib.AbstractContextManager[None]]
 ) -> None:
-    """Let FFCx compile into `folder` under a lock, whoever asks it, with its objects `unchanged`.
+    """Make FFCx compile into `folder` under a lock, and leave its objects `unchanged`.
 
-    The lock is local: no rank waits for another while it holds it.
+    The lock is local: no rank waits for another rank while it holds it.
     """
     _leave_out_unreadable_settings(folder)
     for name in ("compile_forms", "compile_elements", "compile_expressions"):
@@ -43,9 +43,9 @@ def compile_alone(
 
 
 def _leave_out_unreadable_settings(folder: Path) -> None:
-    """Let DOLFINx and FFCx look for a user's settings in `folder`, if their place is forbidden.
+    """Let DOLFINx and FFCx read user settings from `folder` if their own place is unreadable.
 
-    They only expect that there may be none, not that HOME is another user's.
+    They handle missing settings, but not a HOME that belongs to another user.
     """
     settings = os.environ.get("XDG_CONFIG_HOME") or os.path.expanduser("~/.config")
     try:
@@ -82,7 +82,7 @@ def compiled_into(folder: Path, task: Callable[[], _Result]) -> _Result:
 
 
 def failing_in_one_sentence(task: _Task) -> _Task:
-    """Raise a compiler's failure as SceneError on all ranks, which DOLFINx gives another type."""
+    """Convert DOLFINx's error of a failed compiler to SceneError on all ranks."""
 
     @functools.wraps(task)
     def plain(*args: Any, **options: Any) -> Any:
@@ -99,7 +99,7 @@ def failing_in_one_sentence(task: _Task) -> _Task:
 
 @contextlib.contextmanager
 def _without_log() -> Iterator[None]:
-    """Keep the log of FFCx and cffi off the screen: cffi sets the root logger to INFO."""
+    """Suppress the log of FFCx and cffi on the screen; cffi sets the root logger to INFO."""
     root, disabled = logging.getLogger(), logging.root.manager.disable
     level = root.level
     logging.disable(logging.INFO)
@@ -112,14 +112,14 @@ def _without_log() -> Iterator[None]:
 
 @contextlib.contextmanager
 def _compiler_output() -> Iterator[BinaryIO]:
-    """A file that takes what is printed meanwhile, by this process and by those that it starts."""
+    """Redirect the output of this process and its children to a file."""
     with tempfile.TemporaryFile() as said:
         streams = [stream for stream in (sys.__stdout__, sys.__stderr__) if stream is not None]
         for stream in streams:
             stream.flush()
         with contextlib.ExitStack() as restored:
             for number in (1, 2):
-                with contextlib.suppress(OSError):  # a process without standard output
+                with contextlib.suppress(OSError):  # no standard output
                     kept = os.dup(number)
                     restored.callback(os.close, kept)
                     restored.callback(os.dup2, kept, number)
@@ -132,7 +132,7 @@ def _compiler_output() -> Iterator[BinaryIO]:
 
 
 def _why_not(said: BinaryIO) -> str:
-    """Why the C compiler has failed, by what it has `said`."""
+    """Reason of a compiler's failure, from its output `said`."""
     compiler = (os.environ.get("CC") or sysconfig.get_config_var("CC") or "cc").split()[0]
     cure = "install one (Debian: apt install gcc python3-dev), or name it by the variable CC"
     if shutil.which(compiler) is None:

@@ -1,7 +1,7 @@
-"""What there is of DOLFINx, PETSc and MPI, as JSON: python -m iceslide_fem.fenics.probe
+"""Installed parts of DOLFINx, PETSc and MPI, as JSON: python -m iceslide_fem.fenics.probe
 
-A program of its own: a library that does not fit ends a process. Every entry is a text, or null
-for a part that cannot be imported, whose reason is in `errors`.
+It runs as a separate process, because an unsuitable library may crash it. Every entry is a string,
+or null for a part that cannot be imported; `errors` has the reason.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def probe() -> dict[str, dict[str, str | None]]:
         found[name] = None
         try:
             found[name] = describe()
-        except Exception as error:  # whatever a library that does not fit raises
+        except Exception as error:  # an unsuitable library may raise anything
             errors[name] = f"{type(error).__name__}: {error}"
         if name == "petsc":
             found["solvers"] = None if found["petsc"] is None else _solvers()

@@ -1,6 +1,6 @@
-"""Start PETSc with its options, before anything imports it; or say in a sentence what is missing.
+"""Start PETSc with its options before any import of it, with a clear message if it is missing.
 
-PETSc reads `-log_view` and the like when it starts, and complains at its end about what came later.
+PETSc reads options such as `-log_view` at its start. It reports later ones as unused.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ _PARTS = ("mpi4py", "petsc4py", "dolfinx")
 def start_petsc(options: Sequence[str] = ()) -> None:
     """Start MPI and PETSc with `options`, words as on PETSc's command line. Collective.
 
-    Where PETSc runs already (a second run from Python), it takes them from now on. Raises
+    If PETSc is already running (a second run from Python), the options apply from now on. Raises
     SceneError if DOLFINx is not installed.
     """
-    # Open MPI's hwloc else tells of a container without /sys, before our own sentence.
+    # Else Open MPI's hwloc prints a warning in containers without /sys.
     os.environ.setdefault("HWLOC_HIDE_ERRORS", "2")
     try:
         with contextlib.suppress(ModuleNotFoundError):
@@ -48,7 +48,7 @@ def start_petsc(options: Sequence[str] = ()) -> None:
 
 
 def options_without_effect(options: Sequence[str]) -> list[str]:
-    """Those of the `options` that PETSc has not asked for so far: misspelt ones, say."""
+    """Those of the `options` that PETSc has not used so far, for example misspelt ones."""
     from petsc4py import PETSc
 
     asked = ctypes.CDLL(PETSc.__file__).PetscOptionsUsed  # petsc4py has it since 3.19 only

@@ -1,4 +1,4 @@
-"""The interface's history, and what acts on it, as the time integrator asks for it."""
+"""The state of the interface and its loads, as the time integrator uses them."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ End = TypeVar("End", contravariant=True)
 
 
 class InterfaceState(NamedTuple):
-    """History of the interface: ln h and H_s (m) per film, heat states of ice and rubber.
+    """State of the interface: ln h and H_s (m) per film, heat states of ice and rubber.
 
-    internal: (m, n), see `film.law.FilmHistory`; of the film law only where the viscosity follows
-    its temperature, or the contact its age.
+    internal: internal variables (m, n), see `film.law.FilmHistory`. The film law has them only with
+    a temperature-dependent viscosity or a contact age.
     """
 
     log_height: Array
@@ -34,7 +34,7 @@ class InterfaceState(NamedTuple):
 
 
 class InStage(Protocol):
-    """What acts on the interface in a stage of a step."""
+    """Loads of the interface in a stage of a step."""
 
     def film(
         self,
@@ -45,26 +45,26 @@ class InStage(Protocol):
         near: Array | None,
         close: float,
     ) -> Film:
-        """The law in an implicit stage of `dt` (s) from `start`, in a step that begins `before`.
+        """The law in an implicit stage of `dt` (s) from `start`, in a step that starts at `before`.
 
-        `near` and `close` are for the search of heights, as `film.height.log_height_of` has them.
+        `near` and `close` control the search of heights, see `film.height.log_height_of`.
         """
 
     def internal_after(self, before: Array, stage: FilmStage) -> Array:
-        """Internal variables after the `stage`, which were `before` at its start."""
+        """Internal variables at the end of the `stage`, from those `before` it."""
 
 
 class Begun(Protocol[End]):
-    """A step whose start is known."""
+    """A step with a given start."""
 
     def at(self, end: End, fraction: float) -> InStage:
-        """What acts at `fraction` of the step, if it ends with `end`."""
+        """Loads at `fraction` of a step that ends with the loads `end`."""
 
 
 class Acting(Protocol):
-    """What acts on the interface at an end of a step, as the integrator asks for it."""
+    """Loads of the interface at one end of a step, as the integrator uses them."""
 
     def begun(
         self, dt: Array | float, state: InterfaceState, ice: IceHeat, rubber: RubberHeat
     ) -> Begun[Self]:
-        """A step of `dt` (s) that begins here, in `state`, between these bodies."""
+        """A step of `dt` (s) that starts with these loads, from `state`, between both bodies."""

@@ -1,7 +1,7 @@
-"""Points whose k, D and H_V follow the contact's age (`contact_age`): functions of time alone.
+"""Points whose k, D and H_V depend on the contact's age (`contact_age`), so on time only.
 
-The contact begins at t = 0, or rather `YOUNGEST` before: arms may be so fast that no step would be
-short enough for them. Its rubber has the temperature of the conditions.
+The contact begins `YOUNGEST` before t = 0: some relaxation times are too short for any step. The
+rubber has the temperature of the conditions.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from iceslide_fem.film.point_conditions import Conditions, Loading
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.contact_table import ContactParameters
 
-# Parts of a line between corners of the pressure, after each of which the largest p_e is kept.
+# Parts of a linear piece of the pressure history. The largest p_e is updated after each.
 PARTS = 8
 YOUNGEST = 1e-8  # of the duration
 
 
 @dataclass(frozen=True)
 class AgedLoading:
-    """`age` under the pressures of the conditions, or under `loads` that go in time."""
+    """The contact `age` under the constant pressures of the conditions, or under `loads`."""
 
     age: ContactAge
     loads: Loading | None = None
@@ -44,11 +44,11 @@ class AgedLoading:
         return here._replace(k=k, D=D, H_V=H_V)
 
     def next_corner(self, time: Array) -> Array:
-        """When a load has its next corner (s)."""
+        """Time of the next kink of a load (s)."""
         return np.full_like(time, np.inf) if self.loads is None else self.loads.next_corner(time)
 
     def _under_course(self, pressure: Array, time: Array, temperature: float) -> ContactParameters:
-        """k, D and H_V at `time` (s) under the course's pressure (Pa) there."""
+        """k, D and H_V at `time` (s) under the pressure (Pa) at that time."""
         times, pressures = self._parts
         before = np.maximum(times.searchsorted(time) - 1, 0)
         reduced = self.age.relaxation.reduced(time - times[before], temperature)
@@ -57,9 +57,7 @@ class AgedLoading:
         return self.age.so_far(now)(pressure)
 
     def _histories(self, temperature: float) -> Array:
-        """The contact's history at the ends of all parts, (rows, n), for rubber of one
-        temperature (K).
-        """
+        """History variables at the ends of all parts, (rows, n), for one rubber temperature (K)."""
         if temperature not in self._known:
             times, pressures = self._parts
             steps = self.age.relaxation.reduced(np.diff(times), temperature)
@@ -78,7 +76,7 @@ class AgedLoading:
 
     @cached_property
     def _parts(self) -> tuple[Array, Array]:
-        """Times (s) between which the pressure (Pa) is a line, and its values."""
+        """Times (s) of the piecewise linear pressure history, and its values (Pa)."""
         assert self.loads is not None
         course = self.loads.pressure
         ends = np.array([0.0, *course.corners, course.duration])

@@ -1,7 +1,7 @@
-"""What acts on films below contact that ages: k, D and H_V of every stage are its own.
+"""Loads of films under ageing contact: k, D and H_V change from stage to stage.
 
-Loads are those of contact that has just touched down. The age multiplies them by ratios of the
-table at p_e and at p. So what averages such loads over places needs nothing of the age.
+The stored loads are those of fresh contact. The age multiplies them by ratios of the table at p_e
+and at p. Averages of such loads over places therefore do not depend on the age.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ from iceslide_fem.runtime.arrays import Array, Index, Mask
 class AgedLoads(NamedTuple):
     """Loads of films at an end of a step; arrays (n,).
 
-    touching: of contact that has just touched down; pressure: where a place is in contact, mean:
-    that over the whole place (Pa). temperature: of the rubber (K), where no heat reaches it.
+    touching: loads of fresh contact; pressure: over the contact part of a place, Pa; mean: over the
+    whole place, Pa; temperature: of rubber that takes no heat, K.
 
-    The last internal variables of films are the contact's history, those of the film come before.
+    The internal variables are first those of the film, then the contact's history.
     """
 
     age: ContactAge
@@ -48,7 +48,7 @@ class AgedLoads(NamedTuple):
     def begun(
         self, dt: Array | float, state: InterfaceState, ice: IceHeat, rubber: RubberHeat
     ) -> AgedStep:
-        """A step of `dt` (s) from `state`: the rubber has its temperature at the start."""
+        """A step of `dt` (s) from `state`, with the rubber's temperature at its start."""
         kelvin = rubber.at_contact(state.rubber, ice, state.ice)
         if kelvin is None:
             kelvin = np.full_like(self.pressure, self.temperature)
@@ -56,7 +56,7 @@ class AgedLoads(NamedTuple):
         return AgedStep(self, state.internal[-self.age.rows :], reduced)
 
     def under(self, history: Array) -> FilmLoads:
-        """The film's loads below contact with this `history`."""
+        """Film loads under contact with this `history`."""
         contact = self.age.so_far(history)
         new, old = self.age.table(self.pressure), contact(self.pressure)
         return self.touching._replace(
@@ -66,25 +66,25 @@ class AgedLoads(NamedTuple):
         )
 
     def of(self, state: FilmHistory) -> FilmLoads:
-        """The film's loads below contact whose history is that in `state`."""
+        """Film loads under contact with the history in `state`."""
         return self.under(state.internal[-self.age.rows :])
 
     def growth(self, state: FilmHistory) -> Array:
-        """k in `state` over that of contact that has just touched down, (n,)."""
+        """Ratio of k in `state` to k of fresh contact, (n,)."""
         contact = self.age.so_far(state.internal[-self.age.rows :])
         old, _ = contact.contact_area(self.pressure)
         return np.asarray(old / self.age.table.contact_area(self.pressure)[0])
 
     def shear(self, state: InterfaceState, ice: IceHeat) -> Array:
-        """tau (Pa), (n,), of films in `state`, whatever the ice."""
+        """tau (Pa), (n,), of films in `state`, independent of the ice."""
         return self.of(state).shear(state, ice)
 
     def force(self, step: Step) -> Array:
-        """Size of tau (Pa) at the end of the `step`, (n,)."""
+        """Magnitude of tau (Pa) at the end of the `step`, (n,)."""
         return self.of(step.state).force(step)
 
     def shear_change(self, state: InterfaceState, other: InterfaceState, ice: IceHeat) -> Array:
-        """Relative difference (n,) of the shear of the `other` state from that of `state`."""
+        """Relative difference (n,) of the shear in the `other` state to the shear in `state`."""
         grown = np.log(self.growth(other) / self.growth(state))
         return self.touching.shear_change(state, other, ice) + grown
 
@@ -94,14 +94,14 @@ class AgedLoads(NamedTuple):
 
 
 class AgedStep(NamedTuple):
-    """A step from the loads `start` on, with the history there; `reduced`: its reduced time (s)."""
+    """A step from the loads `start` and their history; reduced: its reduced time, s."""
 
     start: AgedLoads
     history: Array
     reduced: Array
 
     def at(self, end: AgedLoads, fraction: float) -> AgedStage:
-        """Loads at `fraction` of the step that ends with `end`, on straight lines."""
+        """Loads at `fraction` of the step that ends with `end`, by linear interpolation."""
         start = self.start
         pressure = start.pressure + fraction * (end.pressure - start.pressure)
         mean = start.mean + fraction * (end.mean - start.mean)
@@ -113,7 +113,7 @@ class AgedStep(NamedTuple):
 
 
 class AgedStage(NamedTuple):
-    """Loads of films in a stage, and the contact's history there."""
+    """Film loads in a stage, with the contact's history at its end."""
 
     loads: FilmLoads
     history: Array
@@ -131,7 +131,7 @@ class AgedStage(NamedTuple):
         return self.loads.film(start, before, dt, stage, near, close)
 
     def internal_after(self, before: Array, stage: FilmStage) -> Array:
-        """The film's after the `stage`, 0 where it has none, and the history."""
+        """Internal variables of the film after the `stage` (0 if none), then the history."""
         of_film = before[: -len(self.history)]
         if len(stage.internal):
             of_film = stage.internal

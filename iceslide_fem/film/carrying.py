@@ -1,8 +1,8 @@
-"""Films beside voids whose water carries a part of the pressure: loads, and the implicit stage.
+"""Films beside voids whose water bears a part of the pressure: loads, and the implicit stage.
 
-The film law under the contact pressure p_c of `voids`, which follows from the water W in the voids
-at the end of the stage. Both are found together. Water that bears p_f shears, too, as a film of its
-own height over the part p_f / p of the area:
+The film law acts under the contact pressure p_c of `voids`. p_c follows from the water W in the
+voids at the end of the stage, so film and W are solved together. Water that bears p_f is also
+sheared, as a film of the height W over the fraction p_f / p of the area:
 
     tau = k(p_c) eta v / h + (p_f / p) eta v / W
 """
@@ -25,15 +25,13 @@ from iceslide_fem.film.rubber_heat import RubberHeat
 from iceslide_fem.film.voids import Voids
 from iceslide_fem.runtime.arrays import Array, Index, Mask
 
-SETTLED, MOST_PASSES = 1e-11, 80  # change of ln W that is none; of the search
-LUG = 1  # the internal variable that is the B of `Voids`, m; the first one is that of the film
-LEAST_SLOPE = 0.2  # of the residual of ln W, with which a secant is followed
+SETTLED, MOST_PASSES = 1e-11, 80  # tolerance of ln W; iterations
+LUG = 1  # index of the internal variable B of `Voids`, m; index 0 is that of the film
+LEAST_SLOPE = 0.2  # least slope of the residual of ln W for a secant step
 
 
 class Sharing(NamedTuple):
-    """What shares a pressure: the film's loads at p_c, p_f (Pa), and the shear of the water that
-    bears it (Pa), (n,).
-    """
+    """Load sharing: film loads at p_c, the water pressure p_f (Pa), and its shear (Pa), (n,)."""
 
     film: FilmLoads
     borne: Array
@@ -43,9 +41,9 @@ class Sharing(NamedTuple):
 class CarryingLoads(NamedTuple):
     """Loads at an end of a step; arrays (n,).
 
-    touching: the film's where asperities bear all of the pressure; pressure: where a place is in
-    contact, Pa; cover: by how much shear is faded in there, times the fraction of the place that is
-    in contact; viscosity: eta, Pa s.
+    touching: film loads if the asperities bear all of the pressure; pressure: over the contact part
+    of a place, Pa; cover: fade-in factor of the shear times the contact fraction of the place;
+    viscosity: eta, Pa s.
     """
 
     voids: Voids
@@ -68,13 +66,13 @@ class CarryingLoads(NamedTuple):
     def begun(
         self, dt: Array | float, state: InterfaceState, ice: IceHeat, rubber: RubberHeat
     ) -> CarryingLoads:
-        """The same, below the lug that each place of the `state` has."""
+        """These loads, with the lug length of each place in `state`."""
         if not len(state.internal):
             return self
         return self._replace(voids=replace(self.voids, lug=state.internal[LUG]))
 
     def at(self, end: CarryingLoads, fraction: float) -> CarryingLoads:
-        """Loads at `fraction` of a step that ends with `end`, on straight lines."""
+        """Loads at `fraction` of a step that ends with `end`, by linear interpolation."""
         return self._replace(
             touching=self.touching.at(end.touching, fraction),
             pressure=self.pressure + fraction * (end.pressure - self.pressure),
@@ -82,7 +80,7 @@ class CarryingLoads(NamedTuple):
         )
 
     def sharing(self, water: Array) -> Sharing:
-        """Who bears the pressure with `water` (m) in the voids."""
+        """Load sharing with `water` (m) in the voids."""
         p = np.maximum(self.pressure, 0.0)
         solid = self.voids.contact_pressure(p, water)
         k, D = self.voids.contact(solid)
@@ -107,7 +105,7 @@ class CarryingLoads(NamedTuple):
         return np.asarray(film.viscous / height + thick)
 
     def growth(self, state: FilmHistory) -> Array:
-        """tau in `state` over that where asperities bear all of the pressure, (n,)."""
+        """Ratio of tau in `state` to tau with all pressure on the asperities, (n,)."""
         height = np.exp(state.log_height)
         whole = self.touching.viscous / height
         now = self.tau(height, state.squeezed_height)
@@ -131,15 +129,15 @@ class CarryingLoads(NamedTuple):
         return before
 
     def shear(self, state: InterfaceState, ice: IceHeat) -> Array:
-        """tau (Pa), (n,), of films in `state`, whatever the ice."""
+        """tau (Pa), (n,), of films in `state`, independent of the ice."""
         return self.tau(np.exp(state.log_height), state.squeezed_height)
 
     def force(self, step: Step) -> Array:
-        """Size of tau (Pa) at the end of the `step`, (n,)."""
+        """Magnitude of tau (Pa) at the end of the `step`, (n,)."""
         return np.abs(self.tau(np.exp(step.state.log_height), step.state.squeezed_height))
 
     def shear_change(self, state: InterfaceState, other: InterfaceState, ice: IceHeat) -> Array:
-        """Relative difference (n,) of the shear of the `other` state from that of `state`."""
+        """Relative difference (n,) of the shear in the `other` state to the shear in `state`."""
         here, there = (self.shear(one, ice) for one in (state, other))
         size = np.maximum(np.abs(here), np.finfo(float).tiny)
         return np.where(here == there, 0.0, (there - here) / size)
@@ -149,7 +147,7 @@ class CarryingLoads(NamedTuple):
         return error_norms(step, ice, self.water_scale(step), scale, rubber)
 
     def water_scale(self, step: Step) -> Array:
-        """What errors of W are relative to: H_V, or W where that is more (m), (n,)."""
+        """Reference of errors of W: the larger one of H_V and W (m), (n,)."""
         free = self.voids.held(np.maximum(self.pressure, self.voids.table.pressure[0]))
         return np.maximum(free, step.state.squeezed_height)
 
@@ -159,9 +157,7 @@ class CarryingLoads(NamedTuple):
 
 
 class CarryingFilm(NamedTuple):
-    """A film beside voids in one implicit stage (`film.law.Film`): where it starts, its length dt
-    (s), and what acts; law: the stage of a film.
-    """
+    """A film beside voids in one implicit stage of dt (s) (`film.law.Film`); law: film stage."""
 
     law: Callable[..., FilmStage]
     log_height: Array
@@ -180,17 +176,18 @@ class CarryingFilm(NamedTuple):
         return np.exp(log_height)
 
     def solve(self, ice: Surface, near: Array | None = None) -> FilmStage:
-        """Film and voids above `ice`: the water that its own load sharing leaves in the voids.
+        """Film and voids above `ice`. The water W is a fixed point of the stage.
 
-        What the sharing of W leaves in the voids hardly follows W, or falls as it rises: so there
-        is one root, between places where more and less is left than is shared.
+        The water left in the voids depends weakly on the assumed W, or falls with it. The fixed
+        point is therefore unique. It is bracketed by values of W with more and with less water
+        left.
         """
         pressure = np.maximum(self.loads.pressure, 0.0)
         held = self.loads.voids.held(np.maximum(pressure, np.finfo(float).tiny))
         found, left = self._with(np.minimum(self.squeezed_height, held), ice)
         full = left > held
         if not full.any():
-            return found._replace(squeezed_height=left)  # the water of `held` bears nothing
+            return found._replace(squeezed_height=left)  # not full: it bears nothing
         low, high = held.copy(), np.full_like(held, np.inf)
         water = np.where(full, np.maximum(self.squeezed_height, held), left)
         before, residual_before = np.full_like(water, np.nan), np.full_like(water, np.nan)
@@ -215,7 +212,7 @@ class CarryingFilm(NamedTuple):
         )
 
     def _with(self, water: Array, ice: Surface) -> tuple[FilmStage, Array]:
-        """The stage with the sharing of `water` (m), and what it leaves in the voids."""
+        """The stage with the load sharing of `water` (m), and the water left in the voids (m)."""
         loads, borne, thick = self.loads.sharing(water)
         warms = thick * self.loads.touching.speed
         above = ice._replace(
@@ -224,7 +221,7 @@ class CarryingFilm(NamedTuple):
         found = self.law(self.log_height, np.zeros_like(water), self.dt, loads, above)
         gained = self.squeezed_height + found.squeezed_height
         out = self.loads.voids.outflow(borne, water, self.loads.viscosity)
-        left = gained / (1.0 + self.dt * out)  # implicit in the water that flows out
+        left = gained / (1.0 + self.dt * out)  # outflow is implicit
         return found._replace(
             friction_power=found.friction_power + warms,
             ice_flux=found.ice_flux + warms,

@@ -1,4 +1,4 @@
-"""What a scene says of a point: its conditions, the rubber above it, how it is integrated."""
+"""The point model of a scene: its conditions, the rubber above it, settings of the integration."""
 
 from __future__ import annotations
 
@@ -20,24 +20,25 @@ from iceslide_fem.scene.course import SAMPLED
 from iceslide_fem.scene.dry_shear import DryShear
 from iceslide_fem.scene.materials import Ground
 
-# Steps of a run whose integrator has no error estimate, unless numerics.max_step is given.
+# Number of steps of a run with fixed steps, unless numerics.max_step is given.
 FIXED_STEPS = 2000
 
 
 def transit_time(scene: Scene) -> float:
-    """L / v, for which a point of the ice that slides is below the rubber at the mean speed (s)."""
+    """L / v (s): time for which a point of sliding ice is below the rubber, at the mean speed."""
     return scene.rubber.length / scene.load.speeds.mean
 
 
 def exposure(scene: Scene) -> float:
-    """How long one point of the ice is rubbed (s): the run's duration, or less where it passes."""
+    """Time of friction of one point of the ice (s): the duration, or less for sliding ice."""
     duration = scene.load.duration
     return duration if scene.ice.motion == "attached" else min(duration, transit_time(scene))
 
 
 def ice_model(scene: Scene) -> str | Ground:
-    """The ice below a point: `half-space`, or the ground of a column, also where heat that goes
-    sideways, as of a continuum or on a mesh, needs a rubber.
+    """Ice below a point: `half-space`, or the ground of a column.
+
+    A column also replaces continuum and meshed ice, because lateral conduction needs a block.
     """
     return "half-space" if scene.ice.heat == "half-space" else scene.ice.ground
 
@@ -63,9 +64,9 @@ def simulation_settings(scene: Scene) -> dict[str, Any]:
 def rubber_columns(
     scene: Scene, duration: float | Array | None = None
 ) -> RubberColumns | Insulated:
-    """The rubber above the scene's contact points as heat sees it; as warm as the ice at first.
+    """Thermal model of the rubber above the contact points, initially as warm as the ice.
 
-    duration (s): for which its columns are made (see `Column`), by default the scene's.
+    duration: for which its columns are made (see `Column`), s; by default the scene's.
     """
     if not scene.rubber.heat:
         return INSULATED
@@ -79,14 +80,14 @@ def rubber_columns(
 
 
 def half_film(scene: Scene) -> HalfFilm:
-    """What conducts from the middle of the film to either body."""
+    """Conductance from the middle of the film to each body."""
     return HalfFilm(scene.film.conductance, scene.water.conductivity)
 
 
 def scene_conditions(scene: Scene) -> Conditions:
-    """The one condition of `scene` at t = 0: its nominal pressure and what follows from it.
+    """The condition of `scene` at t = 0, from its nominal pressure.
 
-    A speed that starts from rest is 0, which `Conditions.of` does not take.
+    The speed is 0 for a start from rest; `Conditions.of` itself does not accept 0.
     """
     pressure, speed = scene.load.pressures.first, scene.load.speeds.first
     k, D, H_V, _ = scene.contact_parameters(pressure)
@@ -109,12 +110,12 @@ def scene_conditions(scene: Scene) -> Conditions:
 
 
 def varied_conditions(scene: Scene, **varied: ArrayLike) -> Conditions:
-    """Conditions of the point of `scene`, but for those that are `varied`.
+    """Conditions of the point of `scene`, with some values `varied`.
 
-    varied: what `Conditions.of` takes, and of dry shear dry_stress (Pa), dry_softening and
-    dry_residual (K); they broadcast to one dimension. k, D and H_V follow the pressure, and the
-    first height the temperature, unless they are varied. Raises ValueError as `Conditions.of`,
-    where k, D or H_V is varied that follows the contact's age, and where voids carry.
+    varied: arguments of `Conditions.of`, and for dry shear dry_stress (Pa), dry_softening and
+    dry_residual (K). They broadcast to one dimension. k, D and H_V follow the pressure, and the
+    first height the temperature, unless they are varied. Raises ValueError as `Conditions.of`, if
+    k, D or H_V is varied under contact age, and if voids carry.
     """
     if scene.film.voids == "carry":
         raise ValueError('conditions have no voids that carry (film.voids = "carry"): sweep scenes')
@@ -143,7 +144,7 @@ def scene_passes(scene: Scene) -> Passes:
 
 
 def scene_loading(scene: Scene) -> InTime | None:
-    """What of the scene's loads and contact goes in time, None where nothing does."""
+    """Time dependence of the scene's loads and contact; None if all is constant."""
     load, age = scene.load, contact_age(scene)
     loads = None
     if load.changes:

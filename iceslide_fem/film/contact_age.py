@@ -1,19 +1,19 @@
-"""k, D and H_V at the contact's own age: asperities of rubber that creeps under the pressure.
+"""k, D and H_V over the age of contact: asperities of viscoelastic rubber creep under pressure.
 
-On smooth ice the rubber's asperities are loaded once. Contact that only grows is the elastic one
-with p / E replaced by the hereditary integral of the creep compliance J (E. H. Lee, J. R. M. Radok,
-J. Appl. Mech. 27 (1960) 438). So k, D and H_V are those of elastic rubber with the instantaneous
-modulus E_0 under the equivalent pressure
+On smooth ice the rubber's asperities are loaded once. Growing contact equals elastic contact with p
+/ E replaced by the hereditary integral of the creep compliance J (E. H. Lee, J. R. M. Radok, J.
+Appl. Mech. 27 (1960) 438). k, D and H_V are therefore those of elastic rubber with the
+instantaneous modulus E_0 under the equivalent pressure
 
     p_e(t) = E_0 integral of J(xi(t) - xi(s)) dp(s) = p + sum J_i c_i          (1)
     a_T lambda_i dc_i/dt = p - c_i,   c_i(0) = 0                               (2)
 
 with the reduced time xi, d xi = dt / a_T(T), and J_i and lambda_i of `relaxation.prony.Creep`.
 
-Contact under a falling pressure is held at the largest p_e since the place has touched down. That
-bounds it from above: it would shrink with a delay (T. C. T. Ting, J. Appl. Mech. 33 (1966) 845).
-Where the contact has opened the largest is forgotten. Nothing is held above films that lie on ice
-which slides: the rubber above a piece of ice is another one at every moment.
+Under falling pressure the contact stays at the largest p_e since touchdown. This is an upper bound:
+real contact shrinks with a delay (T. C. T. Ting, J. Appl. Mech. 33 (1966) 845). An opened contact
+is reset. Above films on sliding ice nothing is held, because the rubber above a piece of ice
+changes all the time.
 """
 
 from __future__ import annotations
@@ -30,15 +30,15 @@ from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.contact_table import ContactParameters, ContactTable
 
-CONTACT_AREA = "contact_area_fraction"  # the column of k in tables
+CONTACT_AREA = "contact_area_fraction"  # column of k in tables
 
 
 @dataclass(frozen=True)
 class ContactAge:
-    """Contact that ages: its `table` of the instantaneous modulus, and how the rubber relaxes.
+    """Ageing contact: its `table` at the instantaneous modulus, and the rubber's creep.
 
-    The history of a place is the largest p_e so far and c_i of (2), Pa, (1 + arms, n). holds:
-    whether the largest is held; if not it is 0.
+    History variables of a place: the largest p_e so far, and c_i of (2), Pa, (1 + arms, n). holds:
+    whether the largest p_e is held; it is 0 if not.
     """
 
     table: ContactTable
@@ -47,7 +47,7 @@ class ContactAge:
 
     @property
     def rows(self) -> int:
-        """Values of a place's history."""
+        """Number of history variables of a place."""
         return 1 + len(self.relaxation.prony.creep.times)
 
     @cached_property
@@ -59,14 +59,14 @@ class ContactAge:
         return np.array(self.relaxation.prony.creep.times)[:, None]
 
     def fresh(self, n: int) -> Array:
-        """The history of `n` places that nothing has touched."""
+        """History variables of `n` untouched places."""
         return np.zeros((self.rows, n))
 
     def after(self, history: Array, start: Array, end: Array, here: Array, reduced: Array) -> Array:
-        """The history after a `reduced` time (s, (n,)) in which pressures go straight: exact.
+        """History after a `reduced` time (s), (n,); exact for linearly changing pressures.
 
-        start, end: pressures (Pa) averaged over the whole place at both ends; here: that at the end
-        where the place is in contact.
+        start, end: pressures (Pa) averaged over the whole place at both ends; here: pressure at the
+        end, over the contact part of the place.
         """
         creeping = delayed(history[1:], start, end, reduced / self._times)
         largest = np.maximum(history[0], here + self._fractions @ creeping)
@@ -74,7 +74,7 @@ class ContactAge:
         return np.concatenate([np.where(held, largest, 0.0)[None], creeping])
 
     def so_far(self, history: Array) -> AgedContact:
-        """Contact of places with this history."""
+        """The contact of places with this `history`."""
         return AgedContact(self.table, self._fractions @ history[1:], history[0])
 
     def under_constant(self, pressure: Array, time: Array, temperature: Array) -> ContactParameters:
@@ -87,9 +87,9 @@ class ContactAge:
 
 @dataclass(frozen=True)
 class AgedContact:
-    """k, D and H_V of places under whatever pressure acts there now.
+    """k, D and H_V of places as functions of the present pressure.
 
-    They are the `table`'s at p_e = p + `creep`, or at the `largest` p_e so far, Pa, (n,).
+    They are those of the `table` at p_e = p + `creep`, or at the `largest` p_e so far, Pa, (n,).
     """
 
     table: ContactTable
@@ -103,12 +103,12 @@ class AgedContact:
         return np.where(p > 0.0, np.maximum(largest, p + creep), p)
 
     def __call__(self, pressure: ArrayLike) -> ContactParameters:
-        """At `pressure` (Pa); k does not follow it where the largest p_e is held."""
+        """Parameters at `pressure` (Pa); k is constant where the largest p_e is held."""
         found = self.table(self.equivalent(pressure))
         return found._replace(dk_dp=np.where(self._rises(pressure), found.dk_dp, 0.0))
 
     def contact_area(self, pressure: ArrayLike) -> tuple[Array, Array]:
-        """k alone, and its derivative by the pressure, 1/Pa."""
+        """k and its derivative with pressure, 1/Pa."""
         k, slope = self.table.contact_area(self.equivalent(pressure))
         return k, np.where(self._rises(pressure), slope, 0.0)
 
@@ -122,7 +122,7 @@ class AgedContact:
 
 
 def contact_age(scene: Scene) -> ContactAge | None:
-    """How the scene's contact ages; None where it does not."""
+    """The ageing contact of a scene; None without ageing."""
     relaxation = scene.rubber.relaxation
     if not scene.film.contact_age or relaxation is None:
         return None

@@ -1,8 +1,8 @@
-"""Films and friction that the law gives and that no one should believe without a look."""
+"""Warnings about films and friction outside the range where the law is credible."""
 
 from __future__ import annotations
 
-# Three to four water molecules of 0.28 nm: fewer are no fluid with a viscosity
+# Three to four water molecules of 0.28 nm. A thinner film is not a viscous fluid
 # (docs/explanation/models.md).
 THINNEST_FILM = 1e-9  # m
 # Nearly three times the largest value that the thesis prints, 0.55.
@@ -13,18 +13,19 @@ WITHOUT_MELTING = (
     "Where rubber slides on ice without melting it measured friction is many times higher "
     "(docs/explanation/models.md)"
 )
-MOST = 0.5  # of the contact, from which on ice that does not melt decides mu
+MOST = 0.5  # fraction of the contact without melting above which it dominates mu
 
 
 def doubts(height: float, friction: float, melts: bool, dry: bool = False) -> list[str]:
-    """A sentence each, without its full stop, on the least film height (m), the largest mu, and ice
-    that never melts. dry: whether the law has dry friction, where there is no film to doubt.
+    """Warnings, without full stop: least film height (m), largest mu, ice that never melts.
+
+    dry: whether the law has dry friction; then a missing film is no reason to warn.
     """
     found = [] if melts or dry else [f"the ice does not melt: {WITHOUT_MELTING}"]
     if height < THINNEST_FILM and not dry:
         found.append(
             f"the film gets {1e9 * height:.2g} nm thin: below {1e9 * THINNEST_FILM:g} nm there are "
-            "three water molecules or less, which are no fluid with a viscosity"
+            "three water molecules or less, too few for the viscosity of a fluid"
         )
     if friction > LARGEST_FRICTION:
         found.append(f"mu rises to {friction:.3g}: {IN_DOUBT}")
@@ -32,7 +33,7 @@ def doubts(height: float, friction: float, melts: bool, dry: bool = False) -> li
 
 
 def partly_dry(melting: float) -> list[str]:
-    """The same on a contact of which the fraction `melting`, not 0, has melted."""
+    """Warning for a contact of which the fraction `melting` (not 0) has melted."""
     if not 0.0 < melting < 1.0 - MOST:
         return []
     return [f"on {1.0 - melting:.0%} of the contact the ice does not melt: {WITHOUT_MELTING}"]

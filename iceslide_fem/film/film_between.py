@@ -8,10 +8,9 @@ T_r of the rubber (docs/explanation/ice.md):
     q_ice  = G (T_f - T_i),   q_rubber = G (T_f - T_r)
     q_melt = q_f - q_ice - q_rubber >= 0
 
-Within an implicit stage each body's surface has T = a + R q, so its answer behind half
-of the film is T_f = a + (R + 1/G) q, and both in parallel are again of that form: the film is
-solved as if there was ice alone. G follows the film height that is being solved for, unless a
-contact conductance is given instead.
+In an implicit stage the surface of each body has T = a + R q. Behind half of the film this is T_f =
+a + (R + 1/G) q. Both bodies in parallel have the same form, so the film is solved as above ice
+alone. G depends on the unknown film height, unless a contact conductance is given.
 """
 
 from __future__ import annotations
@@ -24,17 +23,17 @@ from iceslide_fem.film.law import Film, FilmStage, Surface
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import WATER_CONDUCTIVITY
 
-# Passes over film law and conductance stop when ln h changes by no more than this. 1/G is a few
-# per cent of the bodies' resistances, so what is left is a hundredth of it.
+# Iterations of film law and conductance stop at this change of ln h. 1/G is a few per cent of the
+# bodies' resistances, so the remaining error is a hundredth of it.
 HEIGHT_TOLERANCE = 1e-6
 MAX_PASSES = 20
 
 
 class HalfFilm(NamedTuple):
-    """What conducts from the middle of a film to either body.
+    """Conductance from the middle of a film to each body.
 
-    conductance: G (W/(m2 K)) where it is given, else None and G = 2 k_w / h with the `water`'s
-    conductivity k_w (W/(m K)).
+    conductance: given G (W/(m2 K)); if None, G = 2 k_w / h with the conductivity k_w (W/(m K)) of
+    `water`.
     """
 
     conductance: float | None = None
@@ -51,10 +50,10 @@ WATER_FILM = HalfFilm()
 
 
 class RubberSurface(NamedTuple):
-    """The rubber's answer within one implicit stage: T_r = offset + resistance * q; arrays.
+    """Thermal response of the rubber in an implicit stage: T_r = offset + resistance * q; arrays.
 
-    offset (K) and resistance (K m2/W) where there is contact; cover: fraction of the film's area
-    that is in contact, 0 to 1; half_film: what conducts between it and the ice.
+    offset (K) and resistance (K m2/W) are those of the contact part; cover: contact fraction of the
+    film's area, 0 to 1; half_film: conductance between film and bodies.
     """
 
     offset: Array
@@ -64,7 +63,7 @@ class RubberSurface(NamedTuple):
 
 
 class Parallel(NamedTuple):
-    """Ice and rubber, each behind half of a film: conductances (W/(m2 K)) and joint answer."""
+    """Ice and rubber behind half a film each: conductances (W/(m2 K)) and joint response."""
 
     to_ice: Array
     to_rubber: Array
@@ -72,7 +71,7 @@ class Parallel(NamedTuple):
 
 
 def parallel(ice: Surface, rubber: RubberSurface, height: Array) -> Parallel:
-    """What both bodies answer together to a film of a `height` (m); only T and R of `ice` count."""
+    """Joint response of both bodies to a film of `height` (m), from T and R of `ice`."""
     half = rubber.half_film.resistance(height)
     to_ice = 1.0 / (ice.resistance + half)
     to_rubber = rubber.cover / (rubber.resistance + half)
@@ -83,14 +82,14 @@ def parallel(ice: Surface, rubber: RubberSurface, height: Array) -> Parallel:
 
 
 class FilmBetween(NamedTuple):
-    """A film between ice and rubber: T_f and both fluxes (see the module's head)."""
+    """A film between ice and rubber: T_f and both fluxes (see the module docstring)."""
 
     film: Film
     rubber: RubberSurface
 
     @property
     def power_at_start(self) -> None:
-        """None: how the bodies share it follows from the stage."""
+        """None: the bodies' fractions of the power follow from the stage."""
 
     @property
     def log_height(self) -> Array:
@@ -103,13 +102,13 @@ class FilmBetween(NamedTuple):
         return self.film.dt
 
     def height(self, log_height: Array) -> Array:
-        """h (m) of what the stage says."""
+        """h (m) from the height variable of the stage."""
         return self.film.height(log_height)
 
     def solve(self, ice: Surface, near: Array | None = None) -> FilmStage:
-        """Film and conductance in turn, from the stage's own height or `near` another ln h.
+        """Film and conductance, alternately, from the start height or from ln h = `near`.
 
-        The height is NaN where they do not settle.
+        The height is NaN where the iteration does not converge.
         """
         log_height = self.film.log_height if near is None else near
         for _ in range(MAX_PASSES):
@@ -121,7 +120,7 @@ class FilmBetween(NamedTuple):
                 break
         to_ice, to_rubber, (offset, resistance, *_) = bodies
         temperature = offset + resistance * result.ice_flux
-        # Where the film does not melt, what the ice does not take the rubber does.
+        # Without melting, the rubber takes all heat that the ice does not take.
         split = np.where(result.melting, 1.0, to_rubber * resistance)
         return result._replace(
             log_height=np.where(change <= HEIGHT_TOLERANCE, log_height, np.nan),

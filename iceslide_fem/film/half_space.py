@@ -12,21 +12,21 @@ from iceslide_fem.film.law import Film, FilmStage, Surface
 from iceslide_fem.runtime.arrays import Array, Index, Mask
 from iceslide_fem.scene.materials import ICE, Solid
 
-# A surface that is held at T_m has it to rounding; so far below (K) is held.
+# A surface held at T_m deviates by rounding: within this (K) below T_m it counts as held.
 ROUNDING = 1e-10
 
 
 class HalfSpace:
     """The thesis's closed-form flux after melting: lambda (T_m - T_0) / sqrt(pi alpha t), (5.6).
 
-    Up to melting the surface temperature is that of resolved conduction; from then on it is T_m for
-    good. (5.6) assumes that the surface jumped to T_m at t = 0; right after the onset it is about
+    Up to melting the surface temperature is that of resolved conduction; afterwards it stays at
+    T_m. (5.6) assumes that the surface jumps to T_m at t = 0. Right after the onset it is about
     half the true flux. t is the time in contact (the thesis's subroutine takes the run time). Heat
-    state: that of `Column` and a last row, t (s). From the onset on the column is held at T_m and
-    shows so that melting has begun: a quantity that stages can be formed of.
+    state: that of `Column`, and t (s) as last row. After the onset the column is held at T_m, which
+    marks a point as melting in a form that Runge-Kutta stages can combine.
 
-    At the onset the flux jumps. Where it comes within a step, the stage in which it does melts
-    from its start, an error of the order of the step; steps that end on it are dry (`late`).
+    At the onset the flux jumps. A stage that contains the onset melts from its start, an error of
+    the order of the step. A step that ends on the onset stays dry (`late`).
     """
 
     _late = 0.0
@@ -46,8 +46,8 @@ class HalfSpace:
     def late(self, band: float) -> HalfSpace:
         """The half-space for steps that end on the onset.
 
-        They do so within `band` of T_m - T_0: so much warmer than T_m a surface may get before it
-        melts, and twice as much colder it may be when it does.
+        The onset is met within `band` * (T_m - T_0). A surface may exceed T_m by this amount before
+        it melts. A melting surface may be below T_m by twice this amount.
         """
         part = copy(self)
         part._late = band
@@ -64,7 +64,7 @@ class HalfSpace:
         return np.vstack([self._column.initial(n_points), np.zeros((1, n_points))])
 
     def stage(self, start: Array, dt: Array | float, film: Film) -> tuple[Array, FilmStage]:
-        """One implicit stage: conduction decides when melting begins, (5.6) what it loses."""
+        """One implicit stage: conduction gives the onset of melting, (5.6) the flux after it."""
         amplitudes, time = start[:-1], start[-1] + dt
         solid = self._column.solid
         T_m = solid.melting_temperature
@@ -84,7 +84,7 @@ class HalfSpace:
             result = film.solve(_chosen(melting, closed_form, dry))
         conducted = np.where(melting, resolved.melted_flux, result.ice_flux)
         amplitudes = self._column.heated(amplitudes, dt, dt * conducted)
-        # Up to the onset it is the column that warms, and so it says when that was.
+        # Up to the onset the column warms, so its temperature gives the onset.
         unmolten = resolved.offset + resolved.resistance * result.friction_power
         unmolten = np.where(molten, T_m, unmolten)
         return np.vstack([amplitudes, time]), result._replace(dry_temperature=unmolten)
@@ -94,11 +94,11 @@ class HalfSpace:
         return self._column.surface_temperature(heat_state[:-1])
 
     def saved(self, heat_state: Array) -> dict[str, Array]:
-        """What checkpoints keep of a heat state: that of `Column`, and the time in contact."""
+        """Checkpoint arrays: those of `Column`, and the time in contact."""
         return self._column.saved(heat_state[:-1]) | {"time": heat_state[-1:]}
 
     def restored(self, saved: Mapping[str, Array]) -> Array:
-        """Heat state of what was `saved`, also by one for shorter runs."""
+        """Heat state from `saved` arrays, also those of a shorter run."""
         return np.vstack([self._column.restored(saved), saved["time"]])
 
 

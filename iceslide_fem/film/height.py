@@ -1,7 +1,7 @@
-"""The film's height at the end of an implicit stage: an equation of ln h, and its root.
+"""The film height at the end of an implicit stage: an equation for ln h, and its root.
 
-`HeightEquation.residual` is the equation. `log_height_of` finds its root by Halley's method, and
-where that does not converge by Newton's method within a bracket, at last by bisection.
+`HeightEquation.residual` is the equation. `log_height_of` finds its root by Halley's method. Where
+that fails it uses Newton's method within a bracket, and finally bisection.
 """
 
 from __future__ import annotations
@@ -12,20 +12,19 @@ import numpy as np
 
 from iceslide_fem.runtime.arrays import Array, Index, Mask
 
-# The last change of ln h by Halley's method, unless a larger one will do: what is left is at most
+# Tolerance of ln h in Halley's method, unless a larger one is given. The remaining error is at most
 # its cube (the residual is a sum of exponentials of at most 2 ln h).
 CLOSE = 1e-4
 _CHANGES = 4
-# The last by Newton's method; what is left is of the order of its square.
+# Tolerance in Newton's method; the remaining error is of the order of its square.
 _TOLERANCE = 1e-8
 _ITERATIONS = 80
-# Changes of ln h from which on it needs a safeguard.
+# Change of ln h above which Newton's method needs a safeguard.
 _FAR = 0.1
 _UNSETTLED = 8
-# Where that does not settle: ever longer ways to a bracket, and halves of it.
+# Bisection: doublings of the search distance to a bracket, and bisections of it.
 _DOUBLINGS, _HALVINGS = 6, 60
-# Changes of ln h up to which a root is the one that is meant: of a volume that is full, where its
-# room is far below the height.
+# Largest distance of the root in ln h for full voids whose free room is far below the height.
 _ONE_ROOT, _NARROW = 1.0, 0.18
 
 
@@ -57,8 +56,8 @@ class HeightEquation(NamedTuple):
 
         y - start + min(squeezing h^3, room) / h - max(heating / h - cooling, 0) / h = 0
 
-    What is squeezed out is at most the `room` (m) in the free volume; heating (J/m) and cooling
-    (J/m2) are over rho L. The left side falls to minus infinity with y and rises to infinity.
+    Squeeze-out is limited by the `room` (m) in the free volume. heating (J/m) and cooling (J/m2)
+    are divided by rho L. The left side goes to minus infinity and to infinity with y.
     """
 
     start: Array
@@ -91,7 +90,7 @@ class HeightEquation(NamedTuple):
     def derivatives(self, y: Array, terms: Terms) -> tuple[Array, Array, Array]:
         """The residual and its first two derivatives, the first at least 0.1.
 
-        Arrays are reused: this is the innermost part of every step at a point.
+        Arrays are reused, because this is the innermost loop of every step at a point.
         """
         inverse, squeeze_out, filling, gain, full, melts = terms
         squeezed = np.minimum(squeeze_out, filling)
@@ -104,7 +103,7 @@ class HeightEquation(NamedTuple):
         more = gain * melts
         more *= inverse
         melted += more
-        # Squeeze-out goes with the power -1 or 2 of h, melting with -2 and -1.
+        # Squeeze-out scales with the power -1 or 2 of h, melting with -2 and -1.
         power = full * -3.0
         power += 2.0
         squeezed *= power
@@ -118,7 +117,7 @@ class HeightEquation(NamedTuple):
         return residual, slope, curve
 
     def change(self, y: Array, terms: Terms) -> Array:
-        """Change of ln h by Halley's method, two thirds to twice that of Newton's."""
+        """Change of ln h by Halley's method, limited to 2/3 to 2 times Newton's change."""
         newton, slope, curve = self.derivatives(y, terms)
         np.divide(1.0, slope, out=slope)
         newton *= slope
@@ -132,10 +131,10 @@ class HeightEquation(NamedTuple):
 
 
 class Terms(NamedTuple):
-    """What the equation consists of at some height.
+    """Terms of the equation at a given height.
 
     inverse: 1/h (1/m); squeeze_out: squeezing h^2; filling: room / h; gain: heating / h (J/m3 over
-    rho L); full, melts: where the free volume is full and the ice melts.
+    rho L); full, melts: masks of full free volume and of melting ice.
     """
 
     inverse: Array
@@ -154,11 +153,11 @@ class Terms(NamedTuple):
 def log_height_of(
     equation: LogEquation, near: Array | None = None, close: float = CLOSE
 ) -> tuple[Array, Array]:
-    """Root of the equation and 1/h there, NaN where it has not settled at all.
+    """Root of the equation and 1/h there; NaN where no method converges.
 
-    Halley's method from ln h = `near`, by default the start, where its changes become no larger
-    than `close` and the last meets no switch; what is left after it is at most of the order of its
-    cube. Elsewhere `_bracketed`.
+    Halley's method starts at ln h = `near`, by default at the start of the stage. It is accepted if
+    its last change is at most `close` and crosses no switch. The remaining error is of the order of
+    the cube of that change. Otherwise `_bracketed` finds the root.
     """
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
         y = equation.start if near is None else near
@@ -193,10 +192,10 @@ def log_height_of(
 
 
 def _bracketed(equation: LogEquation) -> Array:
-    """The root by Newton's method, kept in the bracket that the residual's signs give.
+    """The root by Newton's method, safeguarded by a bracket from the residual's signs.
 
-    That is where it is far from the root or not settled after a few iterations; where it creeps
-    past two roots that are about to merge, `_bisected`.
+    The bracket is used far from the root and after a few iterations. Near two merging roots
+    Newton's method stagnates; `_bisected` finds the root there.
     """
     y = equation.start.copy()
     low, high = np.full_like(y, -np.inf), np.full_like(y, np.inf)
@@ -224,7 +223,7 @@ def _bracketed(equation: LogEquation) -> Array:
 
 
 def _bisected(equation: LogEquation, low: Array, high: Array) -> Array:
-    """A root between `low` and `high`, from where they are infinite sought further and further."""
+    """A root between `low` and `high` by bisection; infinite bounds are searched outwards."""
 
     def above(y: Array) -> Mask:
         return np.asarray(equation.residual(y) >= 0.0)

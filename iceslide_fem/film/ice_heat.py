@@ -1,9 +1,9 @@
-"""Heat conduction below each contact point on its own: `column` ice.
+"""Separate heat conduction below each contact point: `column` ice.
 
-Every ice model offers the same three calls to the time integrator (see `IceHeat`): the heat state
-of heat at the start, one implicit stage in which the film is solved together with conduction, and
-the surface temperature. Below a point the stage is three lines: the ice's answer to a flux, the
-film above it, the heat state that has taken its heat.
+Every ice model has the same three methods for the time integrator (see `IceHeat`): the initial heat
+state, one implicit stage of film and conduction together, and the surface temperature. Below a
+point the stage takes three lines: the ice's response to a flux, the film above it, and the heat
+state after its heat.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ from iceslide_fem.scene.thermal_layers import (
     stacked_layers,
 )
 
-# Of the slowest mode's time, for `Column.condensed`.
+# Fractions of the slowest mode's time, see `Column.condensed`.
 EARLY = 0.02
 
 
 class IceHeat(Protocol):
     """Conduction in the ice as the time integrator sees it.
 
-    The heat state is an array whose first axis belongs to the model; values of one heat state may
-    be added and scaled, which is how Runge-Kutta stages are formed.
+    The heat state is an array whose first axis belongs to the model. Heat states form a linear
+    space, as Runge-Kutta stages require.
     """
 
     def initial(self, n_points: int) -> Array:
@@ -49,9 +49,9 @@ class IceHeat(Protocol):
 
 
 class _OfStage(NamedTuple):
-    """What the `dt` (s) of a stage decides in a column.
+    """Factors of a stage that depend on `dt` (s) only.
 
-    What is left of each mode, and the surface's temperature per flux (K m2/W).
+    They are the decay of each mode, and the surface temperature per flux (K m2/W).
     """
 
     dt: Array | float
@@ -64,20 +64,20 @@ class Column:
 
     With the modes orthonormal in the heat capacity and phi_j their values at the surface, the
     amplitudes are phi_j theta_j with d theta_j / dt = -lambda_j theta_j + q, where the flux q
-    (W/m2) enters at the surface, and its temperature is T_s + sum phi_j^2 theta_j: an implicit
-    stage costs one division per mode, for any step and any number of points. Where points have
-    solids of their own, each has the mesh in thermal layers of its own: the rates are then the same
-    for all, and phi_j^2 goes with 1 / effusivity, the `gain`. Heat state: the theta_j, shape
-    (n_modes, n_points), in J/m2: what a mode would hold of the heat given to it, if it kept it all.
-    depths: of the nodes, from 0 downwards, m.
+    (W/m2) enters at the surface. The surface temperature is T_s + sum phi_j^2 theta_j. An implicit
+    stage costs one division per mode, for any step and any number of points. If the solid differs
+    between points, each point has the mesh scaled to its thermal layers. The rates are then equal,
+    and phi_j^2 scales with 1 / effusivity, the `gain`. Heat state: theta_j in J/m2, shape (n_modes,
+    n_points): the heat given to a mode that does not decay. depths: of the nodes, from 0 downwards,
+    m.
 
-    T_s, to which the column comes without a flux, is that at which its base is held. Where the base
-    is insulated, or heat does not reach it, T_s is the initial temperature, T_0, and a mode of rate
-    0 keeps all heat. A base held at another temperature than T_0 has it from t = 0 on; the ice and
-    the layers below it are at T_0 then, in the mean over the column's modes (an L2 projection).
+    T_s is the steady temperature without flux: that of a held base. For an insulated or unreached
+    base T_s is the initial temperature T_0, and a mode of rate 0 keeps all heat. A held base has
+    its temperature from t = 0 on. Ice and layers are at T_0 at t = 0, as an L2 projection on the
+    modes.
     """
 
-    _stage: _OfStage | None = None  # no state
+    _stage: _OfStage | None = None  # a cache, not state
 
     def __init__(
         self,
@@ -91,10 +91,9 @@ class Column:
     ) -> None:
         """Column at `temperature` (K) for runs of `duration` (s); both scalar or per point.
 
-        `first_layer` and `depth` are in thermal layers sqrt(alpha * duration) of the shortest
-        and of the longest run: a column for two durations has the layers of one for the shorter,
-        and more below them. Raises ValueError where points have solids of their own on a `ground`
-        that heat may reach.
+        `first_layer` and `depth` are in thermal layers sqrt(alpha * duration) of the shortest and
+        the longest run. A column for two durations has the layers for the shorter one, and more
+        below. Raises ValueError if solids differ between points on a `ground` that heat may reach.
         """
         self.temperature = np.asarray(temperature, dtype=float)
         self.solid, solid = solid, Solid(*(np.ravel(part)[0] for part in solid))
@@ -112,24 +111,23 @@ class Column:
             self._steady = np.full_like(self.temperature, held)
         else:
             self.rates, modes = eigh(conduction, capacity)
-            self.rates[0] = 0.0  # uniform warmth does not decay: exactly, so that heat is conserved
+            self.rates[0] = 0.0  # exactly zero: a uniform temperature does not decay
             self._steady = self.temperature
         self.surface, self.modes, self._capacity = modes[0], modes, capacity
         self.depths = node_depths(elements.thickness)
         self._storage = capacity.sum(axis=0) @ modes
 
     def condensed(self, error: float, shortest: float = 1.0) -> Self:
-        """The column in fewer modes, whose surface warms under a constant flux within `error`.
+        """The column with fewer modes, and an `error` of its surface rise under constant flux.
 
-        That is relative to the rise at times near that of the slowest mode. What is wrong for a
-        short time counts by that time: at t the error may be 1 + t_1 / t times as large, with
-        t_1 = `EARLY` of the slowest mode's time, and before `error` of that time nothing counts;
-        both times are shorter by the fraction `shortest` where ice is heated no longer than that.
-        The modes are those of the same equations in the span of uniform warmth (so that heat is
-        conserved) and of the column's answers to fluxes that grow as exp(s t), for rates s in even
-        ratios: a Galerkin projection on a rational Krylov space, symmetric and stable as the
-        column itself. A third of the modes answers as well as the mesh is fine. A column whose base
-        is held stays as it is: those modes do not answer to its base.
+        The error is relative to the rise near the time of the slowest mode. At earlier times t the
+        limit is 1 + t_1 / t times larger, with t_1 = `EARLY` of the slowest mode's time. Before
+        `error` of that time there is no limit. Both times are multiplied by `shortest`, the
+        shortest heating over the longest. The modes follow from a Galerkin projection on a rational
+        Krylov space. Its basis is the uniform temperature (so heat is conserved) and the responses
+        to fluxes exp(s t), with rates s in even ratios. It is symmetric and stable as the column
+        is. A third of the modes is as accurate as the mesh. A column with a held base is returned
+        unchanged: this basis does not contain the base's response.
         """
         if self.rates[0] > 0.0:
             return self
@@ -169,7 +167,7 @@ class Column:
         return part
 
     def initial(self, n_points: int) -> Array:
-        """Heat state of ice at its initial temperature, whatever the base is held at."""
+        """Heat state of ice at its initial temperature, for any temperature of the base."""
         heat_state = np.zeros((self.rates.size, n_points))
         if self.rates[0] > 0.0:  # its base is held
             of_each = (self._storage / self.surface)[:, None]
@@ -177,13 +175,13 @@ class Column:
         return heat_state
 
     def decay(self, dt: Array | float) -> Array:
-        """What an implicit stage of `dt` leaves of each mode, (n_modes, 1 or n_points)."""
+        """Decay factor of each mode in an implicit stage of `dt`, (n_modes, 1 or n_points)."""
         factor = self.rates[:, None] * dt
         factor += 1.0
         return np.divide(1.0, factor, out=factor)
 
     def response(self, start: Array, dt: Array | float) -> Surface:
-        """The surface at the end of a stage under a flux that is still to be found."""
+        """Linear response of the surface at the end of a stage to an unknown flux."""
         offset = self._per_heat(start * self._of_stage(dt).decay)
         offset += self._steady
         resistance = self.resistance(dt)
@@ -192,7 +190,7 @@ class Column:
         return Surface.of(offset, resistance, self.solid)
 
     def resistance(self, dt: Array | float) -> Array:
-        """Temperature per flux at the end of a stage (K m2/W), one for each of `dt`."""
+        """Surface temperature per flux at the end of a stage (K m2/W), for each `dt`."""
         return self._of_stage(dt).resistance
 
     def heated(self, start: Array, dt: Array | float, heat: Array) -> Array:
@@ -202,7 +200,7 @@ class Column:
         return heat_state
 
     def cooled(self, start: Array, time: ArrayLike) -> Array:
-        """Heat state after a `time` (s), one for each point, without flux: exactly."""
+        """Exact heat state after a `time` (s) without flux, one time per point."""
         return np.asarray(start * np.exp(np.multiply.outer(-self.rates, time)))
 
     def stage(self, start: Array, dt: Array | float, film: Film) -> tuple[Array, FilmStage]:
@@ -211,14 +209,14 @@ class Column:
         return self.heated(start, dt, dt * result.ice_flux), result
 
     def _of_stage(self, dt: Array | float) -> _OfStage:
-        """What `dt` alone decides; kept for the step's next stage, which has the same."""
+        """Factors that depend on `dt` only; cached for the next stage, which has the same dt."""
         if self._stage is None or self._stage.dt is not dt:
             decay = self.decay(dt)
             self._stage = _OfStage(dt, decay, self._per_heat(decay) * dt)
         return self._stage
 
     def _per_heat(self, heat_state: Array) -> Array:
-        """What `heat_state` adds to the temperature of the surface (K), shape (n_points,)."""
+        """Surface temperature rise of `heat_state` (K), shape (n_points,)."""
         if not self._gain.ndim:
             return np.asarray((self._gain * self.surface**2) @ heat_state)
         return np.asarray(self._gain * (self.surface**2 @ heat_state))
@@ -228,7 +226,7 @@ class Column:
         return self._steady + self._per_heat(heat_state)
 
     def at_depths(self, heat_state: Array) -> Array:
-        """Temperature (K) at the `depths`, (n_depths, n_points), of the first point's solid."""
+        """Temperature (K) at the `depths` of the first point's solid, (n_depths, n_points)."""
         return self._steady + self._above(heat_state)
 
     def rise(self, heat_state: Array) -> Array:
@@ -236,15 +234,15 @@ class Column:
         return self._above(heat_state) + (self._steady - self.temperature)
 
     def _above(self, heat_state: Array) -> Array:
-        """Temperature (K) at the `depths` above the one without any heat state."""
+        """Temperature (K) at the `depths` above that of a zero heat state."""
         return np.asarray(self._gain * ((self.modes * self.surface) @ heat_state))
 
     def saved(self, heat_state: Array) -> dict[str, Array]:
-        """What checkpoints keep of a heat state: temperatures (..., n_points), without modes."""
+        """Checkpoint arrays: temperatures (..., n_points), independent of the modes."""
         return {"rise": self.rise(heat_state)}
 
     def restored(self, saved: Mapping[str, Array]) -> Array:
-        """Heat state of what was `saved`, also by a column that ends higher: below is cold ice."""
+        """Heat state from `saved` arrays; ice below a shallower saved column is cold."""
         rise = np.zeros((self.depths.size, saved["rise"].shape[-1]))
         rise[: len(saved["rise"])] = saved["rise"]
         rise -= self._steady - self.temperature
@@ -258,7 +256,7 @@ class Column:
 
 
 def _warming(rates: Array, surface: Array, times: Array) -> Array:
-    """Rise of a column's surface under the flux 1 at the `times` (s), but for its gain."""
+    """Surface rise of a column of gain 1 under the flux 1, at the `times` (s)."""
     passed = -np.expm1(-rates[1:] * times[:, None]) / rates[1:]
     return np.asarray(surface[0] ** 2 * times + passed @ surface[1:] ** 2)
 
@@ -266,7 +264,7 @@ def _warming(rates: Array, surface: Array, times: Array) -> Array:
 def _quadratic_elements(thickness: Array, solids: Sequence[Solid]) -> tuple[Array, Array]:
     """Heat capacity (J/(m2 K)) and conduction (W/(m2 K)) matrices; node 0 is the surface.
 
-    Of elements of that `thickness` (m), each of its solid.
+    thickness: of the elements, m; solids: of the elements.
     """
     n = 2 * thickness.size + 1
     capacity, conduction = np.zeros((n, n)), np.zeros((n, n))

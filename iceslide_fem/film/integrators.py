@@ -1,8 +1,8 @@
 """Time integration of film and ice heat together: one Runge-Kutta step with an error estimate.
 
-All methods are diagonally implicit with one coefficient on the diagonal and end on their last
-stage, so that every stage is one implicit Euler solve of film and heat (`IceHeat.stage`), and
-the complementarities of melting and saturation hold at the end of every step.
+All methods are diagonally implicit with one diagonal coefficient (SDIRK), and stiffly accurate.
+Each stage is one implicit Euler solve of film and heat (`IceHeat.stage`). The complementarities of
+melting and saturation hold at the end of every step.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from iceslide_fem.runtime.arrays import Array, Index
 
 
 class Loads(Acting, Protocol):
-    """What acts on the interface at an end of a step, and the law that it acts under.
+    """Loads of the interface at one end of a step, with the law that they act under.
 
-    All may be collective: a law may keep its history elsewhere than at its points.
+    All methods may be collective, because a law may hold its history away from its points.
     """
 
     def take(self, index: Index) -> Self:
@@ -34,20 +34,20 @@ class Loads(Acting, Protocol):
         """tau (Pa), (n,), of points in `state` on this ice."""
 
     def force(self, step: Step) -> Array:
-        """Size of tau (Pa), (n,), at the end of a `step` that ends here."""
+        """Magnitude of tau (Pa), (n,), at the end of a `step` with these loads at its end."""
 
     def shear_change(self, state: InterfaceState, other: InterfaceState, ice: IceHeat) -> Array:
-        """Relative difference (n,) of the shear of the `other` state from that of `state`."""
+        """Relative difference (n,) of the shear in the `other` state to the shear in `state`."""
 
     def local_error(self, step: Step, ice: IceHeat, rubber: RubberHeat, scale: Array) -> Array:
         """Relative local errors (n,) of a `step` that ends here; `scale` of temperatures, K."""
 
 
 class Step(NamedTuple):
-    """A trial step; nothing is changed until its `state` is taken as the new one.
+    """A trial step. It is accepted by taking its `state` as the new one.
 
-    dt: its length (s); stages: of the film; changes: of the state in each of them, and their length
-    (s); integrator: whose they are.
+    dt: step length, s; stages: of the film; changes: of the state in each stage, and the stage
+    length, s; integrator: that made the step.
     """
 
     state: InterfaceState
@@ -64,61 +64,61 @@ class Step(NamedTuple):
 
     @property
     def weights(self) -> tuple[float, ...]:
-        """Of the stages, 1 in sum."""
+        """Weights of the stages, with the sum 1."""
         return self.integrator.weights
 
     @property
     def change(self) -> InterfaceState:
-        """Of the state in the last stage."""
+        """Change of the state in the last stage."""
         return self.changes[-1]
 
     def error(self, part: Callable[[InterfaceState], Array]) -> Array:
-        """Local error of a part of the state, or of what is linear in one.
+        """Local error of a linear function of the state.
 
-        The weights are 0 in sum: what is the same for all states, as T_0, drops out.
+        The weights have the sum 0, so constants such as T_0 cancel.
         """
         weights = [weight / self.integrator.diagonal for weight in self.integrator.estimate]
         return _sum(weights, [part(change) for change in self.changes])
 
     @property
     def friction_work(self) -> Array:
-        """J/m2 over the step: the sum of what ice and rubber take and of what melts."""
+        """Friction work over the step, J/m2: heat of ice and rubber plus latent heat."""
         return self.dt * _sum(self.weights, [s.friction_power for s in self.stages])
 
     @property
     def ice_heat(self) -> Array:
-        """What the ice takes over the step, J/m2."""
+        """Heat into the ice over the step, J/m2."""
         return self.dt * _sum(self.weights, [s.ice_flux for s in self.stages])
 
     @property
     def rubber_heat(self) -> Array:
-        """What the rubber takes over the step, J/m2."""
+        """Heat into the rubber over the step, J/m2."""
         return self.dt * _sum(self.weights, [s.rubber_flux for s in self.stages])
 
     @property
     def latent_heat(self) -> Array:
-        """What melts over the step, J/m2."""
+        """Latent heat of melting over the step, J/m2."""
         return self.dt * _sum(self.weights, [s.melt_power for s in self.stages])
 
     @property
     def squeezed(self) -> Array:
-        """What is squeezed out over the step, less what flows out of full voids, m."""
+        """Height squeezed out over the step, minus the outflow of full voids, m."""
         weights = [weight / self.integrator.diagonal for weight in self.weights]
         return _sum(weights, [change.squeezed_height for change in self.changes])
 
     @property
     def flowed_out(self) -> Array:
-        """What flows out of full voids over the step, m."""
+        """Outflow of full voids over the step, m."""
         return self.dt * _sum(self.weights, [stage.outflow for stage in self.stages])
 
     @property
     def shearing_rate(self) -> Array:
-        """d/dt of the film law's `log_shearing` at its end, 1/s."""
+        """Time derivative of `log_shearing` at the end of the step, 1/s."""
         return log_shearing(self.change) / self.stage_dt
 
     @property
     def mean_shearing(self) -> Array:
-        """Mean of eta / (eta_0 h) over the step, of 1/h where the viscosity is constant, 1/m."""
+        """Mean of eta / (eta_0 h) over the step, 1/m; of 1/h for constant viscosity."""
         return _sum(self.weights, [stage.shearing for stage in self.stages])
 
 
@@ -133,10 +133,10 @@ def advance(
     rate: Array | None = None,
     close: float = CLOSE,
 ) -> Step:
-    """One step of `dt` (s, scalar or one per point) under loads on a line from start to end.
+    """One step of `dt` (s, scalar or one per point) under loads linear in time.
 
-    Heights of films are sought where `rate`, d ln h / dt (1/s) at the start if that is known, and
-    then the rate of the stage before lead, and found as soon as they change by no more than `close`
+    The first guess of a film height uses `rate`, d ln h / dt (1/s) at the start if known, then the
+    rate of the last stage. A height is found if its last change is at most `close`
     (`film.height.log_height_of`).
     """
     diagonal = integrator.diagonal
@@ -172,10 +172,10 @@ def error_norms(
     rubber: RubberHeat = INSULATED,
     dry: float = 1.0,
 ) -> Array:
-    """Largest relative local error at each point: of ln h, of H_s / H_V, of surface temperatures.
+    """Largest relative local error at each point: of ln h, H_s / H_V, surface temperatures.
 
-    The last are relative to `temperature_scale` (K), see `film.viscosity`; the first counts `dry`
-    times where nothing melts. Infinite where anything is not finite.
+    Temperatures are relative to `temperature_scale` (K), see `film.viscosity`. Errors of ln h have
+    the weight `dry` where nothing melts. Infinite if a value is not finite.
     """
     of_height = np.abs(step.error(lambda change: change.log_height))
     if dry != 1.0:
@@ -189,7 +189,7 @@ def error_norms(
 
 
 def surface_errors(step: Step, ice: IceHeat, temperature_scale: Array, rubber: RubberHeat) -> Array:
-    """Larger local error of the surface temperatures of ice and rubber, over the scale (K)."""
+    """The larger local error of the surface temperatures of ice and rubber, over a scale (K)."""
     of_ice = step.error(lambda change: ice.surface_temperature(change.ice))
     of_rubber = step.error(lambda change: rubber.surface_temperature(change.rubber))
     return np.maximum(np.abs(of_ice), np.abs(of_rubber)) / temperature_scale

@@ -9,16 +9,16 @@ speed v. Equation numbers are those of R. Leonardi's thesis (Politecnico di Tori
     squeezed out      dH_s/dt = [H_s < H_V] K3 h^3                        (5.21)
     squeeze rate      K3 = 8 p / (3 eta D^2)                              (6.5)
 
-Melting is a complementarity at every point and instant: the film's temperature does not exceed
-the melting temperature, q_melt = q_f - q_ice does not become negative, and one of the two is at
-its bound. (The thesis prints the melting switch as T < T_m in (5.13), (5.23) and (5.32); it must
-be T = T_m as in (5.8).)
+Melting is a complementarity at every point and instant: the film's temperature is at most the
+melting temperature, q_melt = q_f - q_ice is not negative, and one of the two is at its bound. (The
+thesis prints the melting switch as T < T_m in (5.13), (5.23) and (5.32); it must be T = T_m as in
+(5.8).)
 
-The height is advanced as y = ln h: it stays positive for any step, and an error of y is the
-relative error of the shear stress.
+The height is advanced as y = ln h: h stays positive for any step, and an error of y is a relative
+error of the shear stress.
 
-Where the viscosity follows the film's temperature (`viscosity`), loads are those of one viscosity
-eta_0, and films keep ln(eta / eta_0).
+With a temperature-dependent viscosity (`viscosity`), loads use a constant viscosity eta_0, and
+ln(eta / eta_0) is an internal variable of the film.
 """
 
 from __future__ import annotations
@@ -33,8 +33,9 @@ from iceslide_fem.scene.materials import ICE, Solid
 
 
 class FilmHistory(Protocol):
-    """History of films: ln h and H_s (m), and internal variables (m, n): ln(eta / eta_0) where the
-    viscosity follows the temperature, or the internal variables of another law.
+    """State of films: ln h, H_s (m), and internal variables (m, n).
+
+    The latter are ln(eta / eta_0) for a temperature-dependent viscosity, or those of another law.
     """
 
     @property
@@ -51,7 +52,7 @@ class FilmHistory(Protocol):
 
 
 class FilmForcing(Protocol):
-    """What acts on films; arrays (n,)."""
+    """Loads of films; arrays (n,)."""
 
     @property
     def viscous(self) -> Array:
@@ -73,18 +74,18 @@ class FilmForcing(Protocol):
 def log_shearing(state: FilmHistory) -> Array:
     """ln(eta / (eta_0 h)) of films (h in m), so that tau = c times its exponential, (n,).
 
-    Linear in the state, and so it is of changes of states, too.
+    It is linear in the state, so it also applies to changes of the state.
     """
     return state.internal[0] - state.log_height if len(state.internal) else -state.log_height
 
 
 class Surface(NamedTuple):
-    """A body's answer within one implicit stage, as the film sees it; arrays.
+    """Thermal response of a body in one implicit stage; arrays.
 
-    The surface takes the temperature `offset` + `resistance` * q (K, K m2/W) under the flux q,
-    and draws the flux `melted_flux` (W/m2) when it is at the melting temperature of its `solid`: it
-    melts where the friction power is larger. With heat in the rubber this is the answer of both
-    bodies together, and q what both of them take.
+    The surface temperature is `offset` + `resistance` * q (K, K m2/W) under the flux q. At the
+    melting temperature of its `solid` the surface takes `melted_flux` (W/m2). It melts if the
+    friction power is larger. With heat in the rubber this is the joint response of both bodies, and
+    q the sum of their fluxes.
     """
 
     offset: Array
@@ -94,7 +95,7 @@ class Surface(NamedTuple):
 
     @classmethod
     def of(cls, offset: Array, resistance: Array, solid: Solid = ICE) -> Surface:
-        """The surface that conduction alone holds at the melting temperature."""
+        """The response with `melted_flux` by conduction alone."""
         return cls(offset, resistance, (solid.melting_temperature - offset) / resistance, solid)
 
 
@@ -103,13 +104,11 @@ class FilmStage(NamedTuple):
 
     log_height: ln(h / 1 m), or ln(h + s) (`limiting_shear`); squeezed_height: H_s (m);
     friction_power, ice_flux, melt_power: q_f, q_ice, q_melt (W/m2), with q_f = q_ice + q_melt;
-    dry_temperature: what the surface would have (K) without melting in this stage, to first order;
-    melting, saturated: which switches are on;
-    overfill: how far H_s would be above H_V (m, negative below) with unlimited free volume;
-    ice_slope: resistance times the fall of q_ice with the surface's offset (1), 1 where it melts
-    and 0 elsewhere; rubber_flux: q_rubber (W/m2), a part of q_f, too, with heat in the rubber;
-    internal: as in `FilmHistory`, (m, n); shearing: eta / (eta_0 h) of a film (1/m); outflow: of
-    water from full voids to the edges of a lug, m/s.
+    dry_temperature: surface temperature without melting in this stage, to first order, K; melting,
+    saturated: masks of the two switches; overfill: H_s - H_V with unlimited free volume, m;
+    ice_slope: resistance times - d q_ice / d offset, 1 where it melts, else 0; rubber_flux:
+    q_rubber, then also a part of q_f, W/m2; internal: as in `FilmHistory`, (m, n); shearing: eta /
+    (eta_0 h), 1/m; outflow: of water from full voids to the edges of a lug, m/s.
     """
 
     log_height: Array
@@ -129,16 +128,16 @@ class FilmStage(NamedTuple):
 
 
 class Film(Protocol):
-    """The film (or another law) in one implicit stage, as the bodies see it.
+    """The film (or another law) in one implicit stage, as the bodies use it.
 
-    log_height, dt: where the stage starts, ln(h / 1 m), and its length, s.
+    log_height: ln(h / 1 m) at the start; dt: length of the stage, s.
     """
 
     @property
     def power_at_start(self) -> Array | None:
-        """q_f (W/m2) at the start of the stage, where the state gives it and the ice takes it all.
+        """q_f (W/m2) at the start of the stage, if it follows from the state and all goes into ice.
 
-        None where another body takes heat, too, or the stage has to be solved for it.
+        None if another body also takes heat, or if q_f follows from the stage only.
         """
 
     @property
@@ -150,10 +149,10 @@ class Film(Protocol):
         """Length of the stage, s."""
 
     def height(self, log_height: Array) -> Array:
-        """h (m) of what `FilmStage.log_height` says."""
+        """h (m) from `FilmStage.log_height`."""
 
     def solve(self, ice: Surface, near: Array | None = None) -> FilmStage:
-        """Film and energy balance above `ice`; iterations may start `near` a ln h."""
+        """Film and energy balance above `ice`; iterations may start at ln h = `near`."""
 
 
 def implicit_stage(
@@ -167,16 +166,16 @@ def implicit_stage(
 ) -> FilmStage:
     """Solve (5.21), (5.23) and both complementarities implicitly over `dt` (s).
 
-    `log_height` and `squeezed` (ln m, m) are the values that the stage starts from; the result
-    fulfils value = start + dt * rate(value). The ice takes what the friction gives, and at most
-    what holds its surface at T_m; squeeze-out takes what the pressure drives, and at most the
-    volume still free (below zero where earlier stages of the step overshot). `near` and `close`
-    are those of `log_height_of`. All is NaN where no height is found.
+    `log_height` and `squeezed` (ln m, m) are the start values. The result fulfils value = start +
+    dt * rate(value). The ice takes the friction power, at most the flux that holds its surface at
+    T_m. Squeeze-out follows the pressure, and is limited by the volume still free (negative if
+    earlier stages overshot). `near` and `close` are those of `log_height_of`. All values are NaN
+    where no height is found.
     """
     power = loads.viscous * loads.speed
     room = loads.free_height - squeezed
     squeezing = dt * loads.squeeze_rate
-    height = dt / ice.solid.melting_enthalpy  # melted by the power 1
+    height = dt / ice.solid.melting_enthalpy  # melted height per power
     equation = HeightEquation(log_height, squeezing, room, height * power, height * ice.melted_flux)
     y, inverse = log_height_of(equation, near, close)
     q_f = power * inverse
@@ -219,10 +218,9 @@ def explicit_stage(
 ) -> FilmStage:
     """One explicit Euler step of (5.21) and (5.23), the thesis's method, for comparison.
 
-    Rates are those of the starting height, and nothing is sought. The height is NaN where the step
-    changes it by more than the factor `largest_change` or empties the film. The linear limit of
-    stability, 2 / |d rate / d h|, bounds neither errors nor breakdown
-    (docs/validation/stability.md).
+    Rates are those at the start; nothing is solved. The height is NaN if the step changes it by
+    more than the factor `largest_change` or empties the film. The linear limit of stability, 2 / |d
+    rate / d h|, bounds neither errors nor breakdown (docs/validation/stability.md).
     """
     h = np.exp(log_height)
     q_f = loads.viscous * loads.speed / h

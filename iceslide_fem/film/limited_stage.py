@@ -1,15 +1,16 @@
 """A film under a limiting shear stress in one implicit stage, with melting and freezing.
 
-Where there is water to freeze, or ice that melts, the surface is at the melting point, tau_b is
-that at T_m, and the height follows from one equation. Elsewhere the height is what squeeze-out
-leaves, and tau_b is that of the temperature which its own friction makes.
+Where ice melts or water freezes, the surface is at the melting point. tau_b is then that at T_m,
+and the height follows from one equation. Elsewhere the height follows from squeeze-out alone, and
+tau_b is that at the temperature caused by its friction.
 
-Freezing: while the friction power q_f is less than what holds the surface at T_m, the film freezes,
+Freezing: while the friction power q_f is below the flux that holds the surface at T_m, the film
+freezes,
 
     dh/dt = -(q_ice - q_f) / (rho L),
 
-until it is gone, and then what has been squeezed out under it, where that freezes, too. No more
-freezes than there is; the latent heat goes into the ice.
+until it is gone. Then the squeezed-out water freezes, if `refreeze` includes it. Freezing is
+limited by the water; the latent heat goes into the ice.
 """
 
 from __future__ import annotations
@@ -23,8 +24,8 @@ from iceslide_fem.film.law import FilmForcing, FilmStage, Surface
 from iceslide_fem.film.limiting_shear import NO_STRENGTH, LimitingShear, dry_strength, shearing
 from iceslide_fem.runtime.arrays import Array, Index, Mask
 
-# Heights, over s, up to which a film may freeze altogether within a stage: of more the stage would
-# lose water, as ln(h + s) is no longer a straight line of h.
+# Largest height, over s, that may freeze completely in one stage. A thicker film would lose water,
+# because ln(h + s) is not linear in h.
 THIN = 0.05
 
 
@@ -34,8 +35,8 @@ class LimitedHeight(NamedTuple):
         y - start + [min(squeezing h^3, room) - max(heating / (h + h_b) - cooling, least)] / (h + s)
         = 0
 
-    h_b (`dry`, m) is that at the melting point; least: 0 where nothing freezes, else minus
-    infinity; the others are those of `HeightEquation`.
+    h_b (`dry`, m) is that at the melting point. least is 0 where nothing freezes, else minus
+    infinity. The other symbols are those of `HeightEquation`.
     """
 
     start: Array
@@ -56,7 +57,9 @@ class LimitedHeight(NamedTuple):
         return self.derivatives(y, self.terms(y))[0]
 
     def slope(self, y: Array) -> Array:
-        """Its derivative, which is negative past the height where nothing is left to freeze."""
+        """Derivative of the left side; negative beyond the height where nothing is left to
+        freeze.
+        """
         return 1.0 + self._parts(y, self.terms(y))[1]
 
     def terms(self, y: Array) -> Terms:
@@ -74,13 +77,13 @@ class LimitedHeight(NamedTuple):
         return y - self.start + out, np.maximum(1.0 + slope, 0.1), curve
 
     def change(self, y: Array, terms: Terms) -> Array:
-        """Change of y by Halley's method, two thirds to twice that of Newton's."""
+        """Change of y by Halley's method, limited to 2/3 to 2 times Newton's change."""
         residual, slope, curve = self.derivatives(y, terms)
         newton = residual / slope
         return np.asarray(-newton / (1.0 - np.clip(0.5 * curve * newton / slope, -0.5, 0.5)))
 
     def _parts(self, y: Array, terms: Terms) -> tuple[Array, Array, Array]:
-        """What is squeezed out less what melts, over h + s, and its first two derivatives by y."""
+        """Squeeze-out minus melting, over h + s, and its first two derivatives with y."""
         inverse, squeeze_out, filling, gain, full, melts = terms
         whole = 1.0 / inverse
         h = np.maximum(whole - self.added, 0.0)
@@ -94,9 +97,7 @@ class LimitedHeight(NamedTuple):
 
 
 class Water(NamedTuple):
-    """Films at the end of a stage: y = ln(h + s), where all of the film has frozen, and what that
-    gives (W/m2).
-    """
+    """Films at the end of a stage: y = ln(h + s), mask of frozen films, freezing power (W/m2)."""
 
     log_height: Array
     gone: Mask
@@ -144,7 +145,7 @@ def limited_stage(
     q_f = np.where(at_melting, molten, found.flux)
     q_ice = np.where(at_melting, ice.melted_flux, np.minimum(q_f + given, ice.melted_flux))
     q_melt = q_f - q_ice
-    # Warmer ice makes less heat: of points at T_m that would be so if they could be warmer.
+    # Slope of the friction power of points at T_m, as if they could be warmer.
     slope = np.where(at_melting, limit.strength.slope(np.zeros(h.size, dtype=int)), found.slope)
     less = R * power * drag * slope / (h * strength + drag) ** 2
     unmolten = q_f * (1.0 + unit * np.maximum(q_melt, 0.0) / (h + drag / strength))
@@ -152,7 +153,7 @@ def limited_stage(
     free = T_m + R * (unmolten - ice.melted_flux) / (1.0 + less)
     flow = dt * loads.squeeze_rate * h**3
     stays = squeezed + np.minimum(flow, room)
-    if limit.voids_freeze:  # start values of a stage may be a rounding error below 0
+    if limit.voids_freeze:  # start values may be below 0 by rounding
         stays = np.maximum(stays - unit * voids, 0.0)
     sheared = shearing(h, strength, drag)
     return FilmStage(
@@ -179,9 +180,9 @@ def _water(
     near: Array | None,
     close: float,
 ) -> Water:
-    """Films at the end of a stage; NaN where more would freeze than the stage can follow.
+    """Films at the end of a stage; NaN where freezing is too fast for the stage.
 
-    unit: height melted by the power 1 (m3/W).
+    unit: melted height per power, m3/W.
     """
     nothing = np.zeros(equation.start.shape, dtype=bool)
     if not freezes:

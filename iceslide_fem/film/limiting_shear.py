@@ -1,16 +1,16 @@
-"""A limiting shear stress: films that are thin or slow shear no harder than dry rubber on ice.
+"""A limiting shear stress: the shear of a film is at most that of dry rubber on ice.
 
-The real contact (fraction k) of dry rubber and ice shears at a strength tau_b that falls as the
-surface of the ice gets warmer. A film of water shears viscously. Both are in series (S. Bair and
-W. O. Winer, J. Lubr. Technol. 101 (1979) 251):
+The real contact (fraction k) of dry rubber and ice has a shear strength tau_b, which falls with the
+ice's surface temperature. A water film shears viscously. Both are in series (S. Bair and W. O.
+Winer, J. Lubr. Technol. 101 (1979) 251):
 
     tau = k / (1 / tau_b(T_i) + h / (eta v)) = k eta v / (h + h_b),   h_b = eta v / tau_b(T_i)
 
 All else is the film law (`film.law`). With heat in the rubber T_i is the film's temperature.
 
-A film may have no height before anything has melted. Steps take y = ln(h + s) with a height s
-(`added`) of the order of h_b, which does not change in time. Films keep two internal variables:
-ln((h + s) / (h + h_b)), so that `film.law.log_shearing` is -ln(h + h_b), and tau_b.
+A film may have zero height before melting. The unknown is therefore y = ln(h + s), with a constant
+height s (`added`) of the order of h_b. Films have two internal variables: ln((h + s) / (h + h_b)),
+so that `film.law.log_shearing` is -ln(h + h_b), and tau_b.
 """
 
 from __future__ import annotations
@@ -24,23 +24,24 @@ from iceslide_fem.film.law import FilmHistory, FilmStage
 from iceslide_fem.runtime.arrays import Array, Index, Mask
 from iceslide_fem.scene.shear_strength import ShearStrength
 
-SHEAR_STRENGTH = "shear_strength_Pa"  # the column of tau_b in tables
-# Below this slip speed (m/s) dry shear falls to 0 with the speed.
+SHEAR_STRENGTH = "shear_strength_Pa"  # column of tau_b in tables
+# Slip speed (m/s) below which dry shear falls linearly to 0.
 SLOWEST = 1e-6
-# Height (m) up to which h_b is added: a film of water hardly begins thinner.
+# Upper bound of s (m): a water film hardly starts thinner.
 MOST_ADDED = 70e-9
-# The same from which on it is added where films freeze: thinner ones, of three molecules or less,
-# need not be followed until they are gone.
+# Lower bound of s (m) where films freeze: films of three molecules or less need not be resolved.
 LEAST_ADDED = 1e-9
-# Of the largest strength: strengths that are 0 at T_m.
+# Fraction of the largest strength that replaces a strength of 0 at T_m.
 NO_STRENGTH = 1e-12
-# Of s: heights that are none.
+# Fraction of s below which a height counts as 0.
 ROUNDING = 1e-12
 
 
 class LimitingShear(NamedTuple):
-    """What limits the shear of films: tau_b, the viscosity eta (Pa s) and s (m), a number each or
-    one for every point; whether films freeze, and what has been squeezed out of them, too.
+    """Limit of the shear of films.
+
+    It has tau_b, the viscosity eta (Pa s) and s (m), scalars or one per point, and whether films
+    and squeezed-out water freeze.
     """
 
     strength: ShearStrength
@@ -57,7 +58,7 @@ class LimitingShear(NamedTuple):
         speed: Array | float,
         refreeze: str = "nothing",
     ) -> LimitingShear:
-        """With s = h_b at the melting point and at a `speed` (m/s), but at most `MOST_ADDED`.
+        """The limit with s = h_b at the melting point and at a `speed` (m/s), at most `MOST_ADDED`.
 
         refreeze: "nothing", "film" or "all".
         """
@@ -71,7 +72,7 @@ class LimitingShear(NamedTuple):
 
     @classmethod
     def together(cls, limits: Sequence[LimitingShear], sizes: Sequence[int]) -> LimitingShear:
-        """Those of all points, so many in each, which freeze alike and have as many rows."""
+        """One limit for the points of several; they freeze alike and have equally many rows."""
         numbers = (
             np.concatenate([np.full(n, value) for value, n in zip(values, sizes, strict=True)])
             for values in zip(*(limit[1:3] for limit in limits), strict=True)
@@ -93,11 +94,11 @@ class LimitingShear(NamedTuple):
         )
 
     def drag(self, speed: Array) -> Array:
-        """eta v (Pa m) at slip speeds (m/s), (n,); that of `SLOWEST` below it."""
+        """eta v (Pa m) at slip speeds (m/s), (n,); at least that of `SLOWEST`."""
         return np.asarray(self.viscosity * np.maximum(np.abs(speed), SLOWEST))
 
     def height(self, log_height: Array) -> Array:
-        """h (m) of y = ln(h + s), 0 where that is rounding."""
+        """h (m) of y = ln(h + s); rounded to 0 where it is tiny."""
         height = np.exp(log_height) - self.added
         return np.where(height <= ROUNDING * self.added, 0.0, height)
 
@@ -111,9 +112,7 @@ class LimitingShear(NamedTuple):
         return np.log(shearing(height, state.internal[1], self.drag(speed)))
 
     def temperature_scale(self, stage: FilmStage, speed: Array) -> Array:
-        """By how much (K) temperatures change that change tau as a whole; of points that do not
-        melt, infinite elsewhere.
-        """
+        """Temperature change (K) that changes tau by 100 %; infinite at melting points."""
         strength = stage.internal[1]
         drag = self.drag(speed)
         dry = drag / (self.height(stage.log_height) * strength + drag)
@@ -123,11 +122,13 @@ class LimitingShear(NamedTuple):
             return np.asarray(1.0 / relative)
 
     def internal(self, height: Array, speed: Array, strength: Array) -> Array:
-        """Internal variables (2, n) of films of the height h (m) at slip speeds (m/s) and tau_b."""
+        """Internal variables (2, n) of films of height h (m) at slip speeds (m/s) and tau_b
+        (Pa).
+        """
         return self.kept(height, shearing(height, strength, self.drag(speed)), strength)
 
     def kept(self, height: Array, shearing: Array, strength: Array) -> Array:
-        """The same of films that shear by 1 / (h + h_b) (1/m)."""
+        """Internal variables (2, n) of films with the `shearing` 1 / (h + h_b) (1/m)."""
         return np.stack([np.log((height + self.added) * shearing), strength])
 
 
@@ -152,15 +153,15 @@ def dry_strength(
     height: Array,
     drag: Array,
 ) -> Strengths:
-    """tau_b at the temperature that friction itself makes, where the ice does not melt, (n,).
+    """tau_b at the temperature caused by friction, where the ice does not melt, (n,).
 
-    With u = T_m - T of the surface, `undercooling` u_0 that without friction (K), and the flux
+    With u = T_m - T of the surface, the `undercooling` u_0 without friction (K), and the flux
     q(tau_b) = c v tau_b / (h tau_b + eta v),
 
         u = u_0 - R q(tau_b(u))
 
-    The side of the root on which a row lies is known from the sign there. Between two rows tau_b is
-    a line, and the equation one of second degree.
+    The sign of the equation at a row of the table tells on which side the root lies. Between two
+    rows tau_b is linear, so the equation is quadratic.
 
     resistance: R (K m2/W); power: c v (W/m); height: h (m); drag: eta v (Pa m).
     """

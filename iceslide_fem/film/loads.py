@@ -1,10 +1,10 @@
-"""What acts on water films, and a film in one implicit stage.
+"""Loads of water films, and a film in one implicit stage.
 
     viscous coefficient   c = k eta v, so that tau = c / h        (5.29)
     squeeze rate          K3 = 8 p / (3 eta D^2)                  (6.5)
 
-Equation numbers are those of R. Leonardi's thesis. Where the viscosity follows the film's
-temperature (`viscosity`), loads are those of one viscosity eta_0, and films keep ln(eta / eta_0).
+Equation numbers are those of R. Leonardi's thesis. With a temperature-dependent viscosity
+(`viscosity`), loads use a constant eta_0, and ln(eta / eta_0) is an internal variable.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ T = TypeVar("T", float, Array)
 
 
 class FilmLoads(NamedTuple):
-    """What acts on the film at each point; arrays of one shape.
+    """Loads of the film at each point; arrays of one shape.
 
     viscous: c = k eta v (Pa m), so that tau = c / h; speed: v (m/s); squeeze_rate: K3 (1/(m2 s));
-    free_height: H_V (m). With `variable_viscosity` eta follows the film's temperature, and these
-    are of its reference eta_0; with a `limit` tau is no more than dry rubber and ice bear.
+    free_height: H_V (m). With `variable_viscosity` eta depends on the film's temperature, and these
+    use its reference eta_0. With a `limit` tau is at most the dry shear strength.
     """
 
     viscous: Array
@@ -52,9 +52,7 @@ class FilmLoads(NamedTuple):
         return FilmLoads(viscous, speed, squeeze, free, variable_viscosity, limit)
 
     def completed(self, covered: Mask, other: FilmLoads) -> FilmLoads:
-        """Loads at one end of a step, with speed and free height of the `other` where places are
-        not `covered`.
-        """
+        """Loads at one end of a step; uncovered places have speed and H_V of the `other` end."""
         return self._replace(
             speed=np.where(covered, self.speed, other.speed),
             free_height=np.where(covered, self.free_height, other.free_height),
@@ -63,15 +61,15 @@ class FilmLoads(NamedTuple):
     def begun(
         self, dt: Array | float, state: InterfaceState, ice: IceHeat, rubber: RubberHeat
     ) -> FilmLoads:
-        """The loads: they do not follow what has been before."""
+        """These loads: they do not depend on the history."""
         return self
 
     def of(self, state: FilmHistory) -> FilmLoads:
-        """The loads, whatever the state."""
+        """These loads: they do not depend on the state."""
         return self
 
     def at(self, end: FilmLoads, fraction: float) -> FilmLoads:
-        """Loads at `fraction` of a step that ends with `end`, on straight lines."""
+        """Loads at `fraction` of a step that ends with `end`, by linear interpolation."""
         return interpolate(self, end, fraction)
 
     def film(
@@ -83,9 +81,9 @@ class FilmLoads(NamedTuple):
         near: Array | None = None,
         close: float = CLOSE,
     ) -> FilmOnIce:
-        """The film in a `stage` of `dt` (s) from `start`, in a step that begins `before`.
+        """The film in a `stage` of `dt` (s) from `start`, in a step that starts at `before`.
 
-        What has been squeezed out stays out, also where a rising pressure lowers H_V.
+        Squeezed-out water stays outside, even if a rising pressure lowers H_V.
         """
         free = np.maximum(self.free_height, before.squeezed_height)
         loads = self._replace(free_height=free)
@@ -94,7 +92,7 @@ class FilmLoads(NamedTuple):
         return FilmOnIce(partial(law, near=near, close=close), *history)
 
     def height(self, log_height: Array) -> Array:
-        """h (m) of films whose ln h, or with a limit ln(h + s), is given."""
+        """h (m) from ln h, or from ln(h + s) with a limit."""
         return np.exp(log_height) if self.limit is None else self.limit.height(log_height)
 
     def internal_after(self, before: Array, stage: FilmStage) -> Array:
@@ -102,21 +100,21 @@ class FilmLoads(NamedTuple):
         return stage.internal if len(before) else before
 
     def shear(self, state: InterfaceState, ice: IceHeat) -> Array:
-        """tau (Pa), (n,), of films in `state`, whatever the ice."""
+        """tau (Pa), (n,), of films in `state`, independent of the ice."""
         return np.asarray(self.viscous * np.exp(self.log_shearing(state)))
 
     def force(self, step: Step) -> Array:
-        """Size of tau (Pa) at the end of the `step`, (n,)."""
+        """Magnitude of tau (Pa) at the end of the `step`, (n,)."""
         return np.asarray(np.abs(self.viscous) * np.exp(log_shearing(step.state)))
 
     def log_shearing(self, state: FilmHistory) -> Array:
-        """ln of what tau is times c, (n,), of films in `state` at these slip speeds."""
+        """ln(tau / c), (n,), of films in `state` at these slip speeds."""
         if self.limit is None:
             return log_shearing(state)
         return self.limit.log_shearing(state, self.speed)
 
     def shear_change(self, state: InterfaceState, other: InterfaceState, ice: IceHeat) -> Array:
-        """Relative difference (n,) of the shear of the `other` state from that of `state`."""
+        """Relative difference (n,) of the shear in the `other` state to the shear in `state`."""
         return self.log_shearing(other) - self.log_shearing(state)
 
     def local_error(self, step: Step, ice: IceHeat, rubber: RubberHeat, scale: Array) -> Array:
@@ -124,15 +122,17 @@ class FilmLoads(NamedTuple):
         return error_norms(step, ice, self.free_height, self.temperature_scale(step, scale), rubber)
 
     def water_scale(self, step: Step) -> Array:
-        """H_V (m), (n,), which errors of H_s are relative to."""
+        """H_V (m), (n,), the reference of errors of H_s."""
         return self.free_height
 
     def temperature_scale(self, step: Step, scale: Array) -> Array:
-        """The `scale` (K) of errors of temperatures, or less where they change tau by as much."""
+        """Reference of temperature errors (K): `scale`, or less where tau depends on
+        temperature.
+        """
         if self.limit is None:
             return scale
         scale = np.minimum(scale, self.limit.temperature_scale(step.last, self.speed))
-        # Water that may freeze holds the surface at T_m, wherever it was before.
+        # Water that may freeze holds the surface at T_m from the start of contact.
         return np.where(step.last.melting, np.inf, scale) if self.limit.freezes else scale
 
 
@@ -162,7 +162,7 @@ def film_loads(
 
 
 def interpolate(start: FilmLoads, end: FilmLoads, fraction: float) -> FilmLoads:
-    """Loads at `fraction` of a step, on straight lines between its ends."""
+    """Loads at `fraction` of a step, interpolated linearly between its ends."""
     if start is end:
         return start
     ends = zip(start[:4], end[:4], strict=True)
@@ -171,10 +171,10 @@ def interpolate(start: FilmLoads, end: FilmLoads, fraction: float) -> FilmLoads:
 
 
 class FilmOnIce(NamedTuple):
-    """A film below rubber that takes no heat: where the stage starts from, and its loads.
+    """A film below insulated rubber in one stage, with its start values and loads.
 
-    law: `implicit_stage` or `explicit_stage`; the others are its arguments, and the internal
-    variables there.
+    law: `implicit_stage` or `explicit_stage`. The other fields are its arguments, and the internal
+    variables at the start.
     """
 
     law: Callable[..., FilmStage]
@@ -185,16 +185,16 @@ class FilmOnIce(NamedTuple):
     internal: Array = np.zeros((0, 1))
 
     def height(self, log_height: Array) -> Array:
-        """h (m) of what the stage says."""
+        """h (m) from the height variable of the stage."""
         return self.loads.height(log_height)
 
     @property
     def power_at_start(self) -> Array:
-        """q_f (W/m2) of the film that the stage starts from."""
+        """q_f (W/m2) of the film at the start of the stage."""
         return np.asarray(self.loads.viscous * self.loads.speed * np.exp(log_shearing(self)))
 
     def solve(self, ice: Surface, near: Array | None = None) -> FilmStage:
-        """The law's stage above `ice`, with the viscosity of its end; it needs no first guess."""
+        """The stage above `ice`, with the viscosity at its end; `near` is not needed."""
         loads, variable_viscosity = self.loads, self.loads.variable_viscosity
         if variable_viscosity is None:
             return self.law(self.log_height, self.squeezed_height, self.dt, loads, ice)
@@ -212,7 +212,7 @@ class FilmOnIce(NamedTuple):
         log_viscosity, temperature, found = consistent_viscosity(
             stage, variable_viscosity, self.internal[0]
         )
-        # What is not molten makes less heat where the ice is warmer.
+        # Without melting, warmer ice lowers the friction power.
         less = ice.resistance * found.friction_power * variable_viscosity.fall(temperature)
         return found._replace(
             ice_slope=np.where(found.melting, found.ice_slope, less / (1.0 + less)),

@@ -1,8 +1,8 @@
-"""The same ice again: what is left of heat and water when the next pass of the rubber begins.
+"""Repeated passes over the same ice: heat and water at the start of the next pass.
 
-Between passes nothing touches the ice and its columns conduct what they have, exactly. The water
-of a pass is kept, drained, or freezes: it holds the surface at the melting point until all of it
-is ice, and what the rest is too short for stays.
+Between passes nothing touches the ice; its columns conduct heat, solved exactly. The water of a
+pass is kept, drained, or freezes. Freezing water holds the surface at the melting point. Water that
+does not freeze within the rest stays.
 """
 
 from __future__ import annotations
@@ -20,13 +20,14 @@ from iceslide_fem.film.point_result import PointResult
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import ViscosityTable
 
-# Steps in which water freezes: so many, the first relative to the whole rest.
+# Number of steps in which water freezes; first step over the whole rest.
 REST_STEPS, FIRST_REST = 80, 1e-6
 
 
 class Passes(NamedTuple):
-    """So many passes (`number`), each a `period` (s) after the one before, and what becomes of the
-    water between them; carried: fraction of the squeezed-out water that stays on the ice, if kept.
+    """A `number` of passes with a `period` (s), and the treatment of water between them.
+
+    carried: fraction of the squeezed-out water that stays on the ice, if water is kept.
     """
 
     number: int
@@ -36,7 +37,7 @@ class Passes(NamedTuple):
 
 
 def column_for(conditions: Conditions, passes: Passes, tolerance: float, ground: Any) -> Column:
-    """Columns of ice with the layers of one pass, as deep as all passes warm them."""
+    """Columns of ice with the layers of one pass, deep enough for all passes."""
     longest = float(conditions.duration.max())
     times = np.array([float(conditions.duration.min()), passes.number * passes.period])
     column = Column(conditions.temperature, times, solid=conditions.solid, ground=ground)
@@ -46,9 +47,9 @@ def column_for(conditions: Conditions, passes: Passes, tolerance: float, ground:
 def simulate_passes(
     conditions: Conditions, passes: Passes, ice: Column, **settings: Any
 ) -> Iterator[PointResult]:
-    """The results of `point.simulate` of each pass; times within each begin at 0.
+    """Results of `point.simulate` for each pass; times of each pass begin at 0.
 
-    `settings` are its other arguments. Raises what it raises.
+    `settings` are the other arguments of `simulate`. Raises the same errors.
     """
     start = None
     for _ in range(passes.number):
@@ -64,7 +65,7 @@ def next_start(
     passes: Passes,
     water: ViscosityTable | None = None,
 ) -> InterfaceState:
-    """What a pass begins with after one that has left `state`; `water` as of `point.simulate`."""
+    """Initial state of a pass after one that ends in `state`; `water`: see `point.simulate`."""
     height, squeezed = conditions.loads().height(state.log_height), state.squeezed_height
     heat, rest = state.ice, passes.period - conditions.duration
     if passes.between == "keep":
@@ -81,27 +82,25 @@ def next_start(
 
 
 def molten(height: Array, squeezed: Array, first: Array | float) -> Array:
-    """Water (m) that may freeze: of films of the `height`, and `squeezed` out of them or brought by
-    the ice; that of the `first` film is none.
-    """
+    """Water (m) that may freeze: film `height` plus `squeezed` water, minus the `first` film."""
     return np.maximum(height + squeezed - first, 0.0)
 
 
 def unfrozen(height: Array, left: Array, first: Array | float) -> tuple[Array, Array]:
-    """Heights of films and of squeezed-out water (m) where so much of the `molten` is `left`."""
+    """Heights of films and of squeezed-out water (m) when `left` of the `molten` water remains."""
     film = np.clip(height - first, 0.0, left)
     return first + film, np.maximum(left - film, 0.0)
 
 
 def frozen(heat: Array, water: Array, rest: Array, ice: Column) -> tuple[Array, Array, Array]:
-    """Heat state of ice below so much `water` (m, (n,)), what of it is left, and of the `rest` (s),
-    when it has frozen as far as that is long.
+    """Freeze `water` (m, (n,)) within a `rest` (s).
 
-    Implicit Euler steps, each longer than the one before by the same factor.
+    Returns the heat state of the ice, the remaining water and the remaining time. Implicit Euler
+    steps grow by a constant factor.
     """
     solid, rest_left = ice.solid, rest
     ends = np.geomspace(FIRST_REST, 1.0, REST_STEPS)
-    with np.errstate(divide="ignore", invalid="ignore"):  # steps of points without water are 0
+    with np.errstate(divide="ignore", invalid="ignore"):  # dt is 0 without water
         for length in np.diff(ends, prepend=0.0):
             if not water.any():
                 break
@@ -116,7 +115,7 @@ def frozen(heat: Array, water: Array, rest: Array, ice: Column) -> tuple[Array, 
 
 
 def base_temperature(ice: Column, heat: Array, depth: float) -> Array:
-    """Temperature (K) of the ice's base, `depth` (m) down, (n,): that at first, if not reached."""
+    """Temperature (K) at `depth` (m), (n,); the initial one below the column."""
     at_depths = ice.at_depths(heat)
     if depth > ice.depths[-1] * (1.0 + 1e-9):
         return np.asarray(ice.temperature + np.zeros(at_depths.shape[-1]))

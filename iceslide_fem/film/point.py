@@ -1,7 +1,7 @@
 """The point level: the film law and the ice below it at one pressure, for many conditions at once.
 
-Every condition has a time and a step of its own; steps end on melt onset and on saturation, so
-that the integrator keeps its order through both.
+Each condition has its own time and step. Steps end on melt onset and on saturation, so the
+integrator keeps its order.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.scene.materials import BOTTOMLESS, Ground, Solid, ViscosityTable
 
 ICE_MODELS = ("column", "half-space")
-# How closely a step ends on an event, relative to the tolerance.
+# Accuracy of a step's end at an event, relative to the tolerance.
 EVENT_SHARE = 0.005
-# That of the half-space, whose flux jumps at the onset: mu turns there within a hundredth of the
-# time that it took, and so errors of that time count more, and errors of a dry film with them.
+# The same for half-space ice. Its flux jumps at the onset, and mu changes within a hundredth of the
+# onset time. Errors of the onset time, and of the dry film before it, have a larger weight.
 JUMP = 0.2
-# How closely ice by name answers with the modes that it is given, relative to the tolerance.
+# Error of the ice response with fewer modes, relative to the tolerance.
 CONDENSED = 0.005
 
 
@@ -53,15 +53,14 @@ def simulate(
 ) -> PointResult:
     """Integrate all `conditions` from t = 0 to their duration.
 
-    `ice` is `column`, `half-space`, the ground that columns lie on, or a model made for the
-    conditions; `tolerance` the relative error of mu(t) aimed at; `integrator` one of `INTEGRATORS`
-    or its name; `times` (s, ascending) where mu is sampled; `fixed_step` (s) replaces error
-    control, `max_step` (s) bounds it; `observe` is called with every accepted step; `rubber` takes
-    heat, too, if it is made of columns; with `loading` pressure and speed go in time, whatever the
-    conditions say of them, and steps end on its corners; with `water` the viscosity follows the
-    film's temperature, and that of the conditions is replaced; `start` is what has been left of
-    films and ice before, by default films of the initial height on cold ice. Raises
-    SimulationStopped where a step cannot be made, ValueError where an argument is not possible.
+    ice: `column`, `half-space`, the ground below columns, or a model built for the conditions;
+    tolerance: target relative error of mu(t); integrator: one of `INTEGRATORS` or its name; times:
+    where mu is sampled (s, ascending); fixed_step: replaces error control, s; max_step: largest
+    step, s; observe: called with every accepted step; rubber: insulated, or columns that take heat;
+    loading: pressure and speed over time, which replace those of the conditions (steps end on its
+    kinks); water: table of a temperature-dependent viscosity, which replaces that of the
+    conditions; start: initial films and ice, by default films of the initial height on cold ice.
+    Raises SimulationStopped if a step fails, ValueError for an invalid argument.
     """
     for name, given, known in (("ice", ice, ICE_MODELS), ("integrator", integrator, INTEGRATORS)):
         if isinstance(given, str) and given not in known:
@@ -96,7 +95,7 @@ def simulate(
     if isinstance(ice, HalfSpace):
         band, dry = JUMP * band, dry / JUMP
         heat = ice.late(band)
-    # What goes round over a film's height in turn with another unknown wants it exactly.
+    # Iterations over film height and another unknown need an exact height.
     alone = fixed_step is None and water is None and isinstance(rubber, Insulated)
     close = close_enough(tolerance) if alone else CLOSE
     control = StepControl(method, tolerance if fixed_step is None else None, close, dry)
@@ -185,7 +184,7 @@ def simulate(
 def ice_below(
     ice: str | Ground, temperature: float | Array, duration: float | Array, solid: Solid
 ) -> Column | HalfSpace:
-    """The model of one of `ICE_MODELS`, or of columns on a ground, as `Column` is made."""
+    """The ice of one of `ICE_MODELS`, or columns on a ground; arguments as for `Column`."""
     if ice == "half-space":
         return HalfSpace(temperature, duration, solid)
     ground = ice if isinstance(ice, Ground) else BOTTOMLESS
@@ -193,7 +192,7 @@ def ice_below(
 
 
 def taken(old: InterfaceState, new: InterfaceState, bad: Index) -> InterfaceState:
-    """The `new` state, but at the points `bad` the `old` one; `new` is overwritten."""
+    """The `new` state with the `old` one at the points `bad`; overwrites `new`."""
     if bad.size:
         for before, after in zip(old, new, strict=True):
             after[..., bad] = before.take(bad, axis=-1, mode="clip")
@@ -201,7 +200,7 @@ def taken(old: InterfaceState, new: InterfaceState, bad: Index) -> InterfaceStat
 
 
 def _refuse(stuck: Index, dt: Array, front: Front) -> None:
-    """Raise SimulationStopped if a step of `dt` (s) has failed that cannot be shorter."""
+    """Raise SimulationStopped if a step of `dt` (s) fails that cannot be shortened."""
     if stuck.size:
         i, pressure, speed = stuck[0], front.here.pressure, front.loads.speed
         raise SimulationStopped(

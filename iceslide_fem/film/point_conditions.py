@@ -1,4 +1,4 @@
-"""What acts at points, for many conditions at once: their values, and loads that go in time."""
+"""Conditions of points: constant values, and loads that change in time."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from iceslide_fem.scene.materials import (
     ViscosityTable,
 )
 
-# What conditions may be, SI: those of a scene, and what single points of its contact come to.
+# Ranges of conditions, SI: those of a scene, and the values at single points of its contact.
 RANGES = {
     "pressure": (1.0, 1e8, "Pa"),
     "speed": (1e-6, 100.0, "m/s"),
@@ -40,17 +40,17 @@ RANGES = {
     "melting_temperature": (193.15, 373.15, "K"),
     "latent_heat": (1.0, 1e8, "J/kg"),
 }
-FROM_NOTHING = 0.0, 1e-5, "m"  # of films that begin without water
+FROM_NOTHING = 0.0, 1e-5, "m"  # range for films that begin without water
 DEFAULTS: dict[str, ArrayLike] = {"viscosity": WATER_VISCOSITY, **ICE._asdict()}
 
 
 class Conditions(NamedTuple):
-    """What distinguishes the points; arrays of one shape (n,).
+    """Conditions of points; arrays of one shape (n,).
 
     pressure (Pa), speed (m/s), temperature of the ice (K), k, D (m), H_V (m), initial_height
     (m), duration (s); viscosity of the water (Pa s); of the ice conductivity (W/(m K)), density
-    (kg/m3), heat_capacity (J/(kg K)), melting_temperature (K), latent_heat (J/kg). limit: what the
-    shear is limited by, if it is.
+    (kg/m3), heat_capacity (J/(kg K)), melting_temperature (K), latent_heat (J/kg). limit: of the
+    shear, or None.
 
     ```python
     import numpy as np
@@ -88,12 +88,12 @@ class Conditions(NamedTuple):
         fastest: float | None = None,
         **values: ArrayLike,
     ) -> Conditions:
-        """Conditions from anything that broadcasts to one dimension; water and ice as by default.
+        """Conditions from values that broadcast to one dimension; defaults for water and ice.
 
-        strength: tau_b of dry rubber on ice, where that limits the shear (`limiting_shear`); then
-        films may begin with the height 0, and freeze: `refreeze` is "nothing", "film" or "all".
-        fastest: speed (m/s) up to which theirs may go, by default the `speed`. Raises ValueError,
-        with a sentence, where a value is missing, unknown, or outside `RANGES`.
+        strength: tau_b of dry rubber on ice if it limits the shear (`limiting_shear`). Films may
+        then begin with the height 0, and freeze: `refreeze` is "nothing", "film" or "all". fastest:
+        largest speed over time, m/s, by default `speed`. Raises ValueError if a value is missing,
+        unknown, or outside `RANGES`.
         """
         values = DEFAULTS | values
         for name in sorted({*RANGES} ^ {*values}):
@@ -111,7 +111,9 @@ class Conditions(NamedTuple):
             for name, part in zip(RANGES, arrays, strict=True)
         }
         if refreeze != "nothing" and numbers["initial_height"].any():
-            raise ValueError("films that freeze begin with the height 0: water on cold ice is gone")
+            raise ValueError(
+                "films that freeze begin with the height 0: water on cold ice freezes at once"
+            )
         if strength is None:
             return cls(**numbers, limit=None)
         speed = numbers["speed"] if fastest is None else fastest
@@ -120,14 +122,14 @@ class Conditions(NamedTuple):
 
     @classmethod
     def together(cls, parts: Sequence[Conditions]) -> Conditions:
-        """All of the points of `parts`, of which either each has a limit or none."""
+        """Conditions of the points of all `parts`. Either all parts have a limit or none."""
         limits = [part.limit for part in parts if part.limit is not None]
         arrays = {name: np.concatenate([getattr(part, name) for part in parts]) for name in RANGES}
         sizes = [part.pressure.size for part in parts]
         return cls(**arrays, limit=LimitingShear.together(limits, sizes) if limits else None)
 
     def loads(self, water: ViscosityTable | None = None) -> FilmLoads:
-        """The film's loads, constant in time; with `water` the viscosity is that table's at T_0."""
+        """Constant film loads; with `water` the viscosity is that of the table at T_0."""
         variable_viscosity = None if water is None else VariableViscosity(water, self.viscosity)
         contact = self.k, self.D, self.H_V
         other = self.viscosity, variable_viscosity, self.limit
@@ -156,7 +158,7 @@ class Conditions(NamedTuple):
 
     @property
     def solid(self) -> Solid:
-        """The ice, in numbers where it is the same for all."""
+        """The ice, with scalars if it is the same at all points."""
         parts = (getattr(self, name) for name in Solid._fields)
         return Solid(*(part[0] if (part == part[0]).all() else part for part in parts))
 
@@ -182,13 +184,13 @@ class FilmStart(NamedTuple):
 
 
 class InTime(Protocol):
-    """What goes in time at points."""
+    """Conditions that change in time."""
 
     def at(self, here: Conditions, time: Array) -> Conditions:
         """The conditions at `time` (s, one per point)."""
 
     def next_corner(self, time: Array) -> Array:
-        """When something has its next corner (s)."""
+        """Time of the next kink (s)."""
 
 
 class Loading(NamedTuple):
@@ -206,5 +208,5 @@ class Loading(NamedTuple):
         return here._replace(pressure=pressure, speed=speed, k=k, D=D, H_V=H_V)
 
     def next_corner(self, time: Array) -> Array:
-        """When either has its next corner (s)."""
+        """Time of the next kink of pressure or speed (s)."""
         return np.minimum(self.pressure.next_corner(time), self.speed.next_corner(time))

@@ -1,8 +1,8 @@
-"""Onset of melting and saturation of the free volume at a point: where in a step, and when next.
+"""Events at a point: onset of melting, and saturation of the free volume.
 
-Both set in where a progress gets to 1: H_s / H_V, and w |w| with the film's fraction of the way to
-the melting point w = (T_f - T_0) / (T_m - T_0). Under a constant flux w^2 is a straight line over
-time; the sign is that of films below T_0, under rubber that is colder than the ice.
+An event occurs when its progress reaches 1. The progress is H_s / H_V for saturation, and w |w| for
+melting, with w = (T_f - T_0) / (T_m - T_0). Under a constant flux w^2 is linear in time. w is
+negative for films below T_0, under rubber colder than the ice.
 """
 
 from __future__ import annotations
@@ -18,8 +18,9 @@ from iceslide_fem.scene.materials import Solid
 
 
 class Events(NamedTuple):
-    """Steps that go past melt onset or saturation, the fraction of each at which it does, and where
-    steps end on melt onset and on saturation."""
+    """Masks of steps that pass an event, the fraction of the step at the event, and masks of steps
+    that end on melt onset and on saturation.
+    """
 
     across: Index
     fraction: Array
@@ -34,26 +35,26 @@ class Warmth(NamedTuple):
     span: Array
 
     def __call__(self, temperature: Array) -> Array:
-        """Of films of that temperature (K)."""
+        """w |w| of films of this temperature (K)."""
         band = temperature - self.cold
         band /= self.span
         band *= np.abs(band)
         return band
 
     def take(self, index: Index) -> Warmth:
-        """Of the films at `index`."""
+        """The same for the films at `index`."""
         return Warmth(self.cold.take(index), self.span.take(index))
 
 
 def events(
     step: Step, start: Array, filled: Array, loads: FilmLoads, warmth: Warmth, band: float
 ) -> Events:
-    """What sets in during `step`, on straight lines of the progress.
+    """Events during `step`, by linear interpolation of the progress.
 
-    `start` is w |w| and `filled` H_s / H_V at its start, `loads` are those at its end: what is full
-    and stays so under a pressure that falls, while H_V rises, does not become so anew. A step that
-    ends within `band` of an event (relative to T_m - T_0 and to H_V) ends on it, one that goes
-    past it is to end half as far behind it.
+    start: w |w| at its start; filled: H_s / H_V at its start; loads: at its end. Voids that are
+    already full do not become full again when H_V rises under falling pressure. A step ends on an
+    event if it is within `band` of it (relative to T_m - T_0 and to H_V). A step that passes an
+    event is cut to end half a `band` behind it.
     """
     warm = warmth(step.last.dry_temperature)
     overfilled = step.last.overfill / loads.free_height
@@ -69,7 +70,7 @@ def events(
 
 
 def onset_below(flux: Array, undercooling: Array, solid: Solid) -> Array:
-    """When ice whose surface takes a constant flux (W/m2) from t = 0 on melts (s).
+    """Time of melt onset (s) under a constant surface flux (W/m2) from t = 0.
 
     T_m - T_0 = 2 q sqrt(t / pi) / e, with the `undercooling` T_m - T_0 (K) and the effusivity e.
     """
@@ -80,10 +81,10 @@ def onset_below(flux: Array, undercooling: Array, solid: Solid) -> Array:
 def until(
     step: Step, start: Array, end: Array, squeezed: Array, loads: FilmLoads, band: float
 ) -> Array:
-    """How long after `step` the next event is to be expected, infinite where none is (s).
+    """Expected time from the end of `step` to the next event (s); infinite without one.
 
-    `start` and `end` are w |w| at its ends, `squeezed` H_s (m) at its start; the others as for
-    `events`. H_s goes on with its last rate and the curvature of the step.
+    start, end: w |w| at its ends; squeezed: H_s (m) at its start; the others as for `events`. H_s
+    is extrapolated with its last rate and the curvature of the step.
     """
     now, free = step.state.squeezed_height, loads.free_height
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -102,7 +103,7 @@ def until(
         bend += rate * rate
         rate += np.sqrt(bend, out=bend)
         fills /= rate
-    # What lies behind, or is not ahead at all, is not expected.
+    # An event behind, or without a root ahead, is not expected.
     none = melts <= 0.0
     none |= end >= 1.0 - 2.0 * band
     melts[none] = np.inf
@@ -113,7 +114,7 @@ def until(
 
 
 def _switches(start: Array, end: Array, band: float) -> tuple[Mask, Mask]:
-    """Which steps go past an event, and which end on it."""
+    """Masks of steps that pass an event, and of steps that end on it."""
     begins = end >= 1.0 - band
     begins &= start < 1.0 - band
     past = end > 1.0 + band
@@ -123,7 +124,7 @@ def _switches(start: Array, end: Array, band: float) -> tuple[Mask, Mask]:
 
 
 def _crossing(start: Array, end: Array, band: float) -> Array:
-    """Fraction of steps that ends half a `band` behind an event, 1 where none is gone past."""
+    """Fraction of the step that ends half a `band` behind an event; 1 if none is passed."""
     past = _switches(start, end, band)[0]
     fraction = np.ones_like(end)
     np.divide(1.0 + 0.5 * band - start, end - start, out=fraction, where=past)

@@ -1,4 +1,4 @@
-"""What comes out at points, and how accepted steps add to it."""
+"""Results of points, and how accepted steps add to them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from iceslide_fem.runtime.arrays import Array, Index, Mask
 
 @dataclass
 class PointResult:
-    """Results of `simulate`; arrays (n,), times in s, NaN where something did not happen.
+    """Results of `simulate`; arrays (n,), times in s, NaN for events that do not occur.
 
     mu_mean is the time average (5.35); samples holds mu at the sample times, (n_times, n); state
     is that of films and ice at the end.
@@ -43,7 +43,7 @@ class PointResult:
     ) -> PointResult:
         """Results of films in `state` at t = 0, with room for mu at `times` (s)."""
         n = mu.size
-        samples = np.full((n, times.size), np.nan)  # of a point side by side
+        samples = np.full((n, times.size), np.nan)  # samples of a point are contiguous
         samples[:, times <= 0.0] = mu[:, None]
         return cls(
             mu_peak=mu.copy(),
@@ -62,12 +62,12 @@ class PointResult:
 
 
 class Record(NamedTuple):
-    """A trial step of every condition that runs, and where it is accepted.
+    """A trial step of all running conditions, with the mask of accepted ones.
 
-    active: which conditions those are; good: where the step is accepted; time: at its start (s);
-    dt: its length (s); loads: the film's at its end; step: the step; melting, full: where melting
-    has begun and the free volume is full by the end of the step; pressure: nominal at its end (Pa);
-    ice: the model whose heat state the step has.
+    active: numbers of these conditions; good: mask of accepted steps; time: at its start (s); dt:
+    its length (s); loads: film loads at its end; step: the step; melting, full: masks of begun
+    melting and full free volume at its end; pressure: nominal at its end (Pa); ice: model of the
+    step's heat state.
     """
 
     active: Index
@@ -83,18 +83,19 @@ class Record(NamedTuple):
 
     @property
     def places(self) -> Index:
-        """Where in the arrays the accepted steps are."""
+        """Positions of the accepted steps in the arrays."""
         return np.flatnonzero(self.good)
 
     @property
     def points(self) -> Index:
-        """Which conditions they are of."""
+        """Numbers of their conditions."""
         return self.active[self.good]
 
 
 class _Sums(NamedTuple):
-    """Of the conditions that run: the peak of mu and its time (s), the sum of mu dt (s), the
-    numbers of steps and of samples, and whether melting and saturation have been seen."""
+    """Running sums of the conditions: peak of mu and its time (s), the sum of mu dt (s), numbers of
+    steps and samples, and whether melting and saturation have occurred.
+    """
 
     peak: Array
     peak_time: Array
@@ -105,13 +106,13 @@ class _Sums(NamedTuple):
     filled: Mask
 
     def take(self, index: Index) -> _Sums:
-        """Of the conditions at `index`."""
+        """The sums of the conditions at `index`."""
         parts: tuple[Any, ...] = self
         return _Sums(*(part.take(index, mode="clip") for part in parts))
 
 
 class Tally:
-    """Results of many conditions as their steps come in."""
+    """Collects the results of many conditions step by step."""
 
     def __init__(self, result: PointResult, duration: Array, times: Array) -> None:
         """`result` is that at t = 0, for mu at `times` (s, ascending) until the `duration` (s)."""
@@ -135,9 +136,9 @@ class Tally:
         here: Conditions,
         loading: InTime | None,
     ) -> Array:
-        """Enter accepted steps from `start`; mu at their ends.
+        """Add accepted steps from `start`; returns mu at their ends.
 
-        `shear` is k eta_0 v / p there (m), `here` the conditions.
+        shear: k eta_0 v / p at the ends, m; here: the conditions.
         """
         sums, step, good = self._sums, record.step, record.good
         self._tried += 1
@@ -165,7 +166,7 @@ class Tally:
         return mu
 
     def finish(self, record: Record, state: InterfaceState, mu: Array, running: Mask) -> None:
-        """Enter the conditions that do not run on; go on with those that do."""
+        """Store the results of finished conditions; keep the `running` ones."""
         sums, result = self._sums, self.result
         over = np.flatnonzero(~running)
         points = record.active[over]
@@ -191,7 +192,7 @@ class Tally:
         here: Conditions,
         loading: InTime | None,
     ) -> None:
-        """Enter mu at the times that fall into accepted steps, of which `mu_end` is the last."""
+        """Store mu at the sample times within accepted steps; mu_end: at the steps' ends."""
         sampled, times, step = self._sums.sampled, self._times, record.step
         count = np.searchsorted(times, end, side="right")
         count -= sampled
@@ -204,12 +205,12 @@ class Tally:
             return
 
         def of_samples(of_steps: Any) -> Any:
-            """What is one of each step for its samples; no index is outside."""
+            """Values per step, repeated for the samples of the step."""
             return of_steps.take(run, mode="clip")
 
         which = np.arange(run.size)
         which += of_samples(first)
-        # ln(eta / h) within a step: the parabola with its ends and its slope at the end.
+        # ln(eta / h) within a step: the parabola through its ends with its slope at the end.
         rate, dt = step.shearing_rate, record.dt
         bend = rate * dt
         bend += log_shearing(start)

@@ -1,4 +1,4 @@
-"""Steps of many points, each with a length of its own: by their errors, or as they are given."""
+"""Step lengths of many points, one each: by error control, or fixed."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ from iceslide_fem.film.rubber_heat import RubberHeat
 from iceslide_fem.film.step_control import GROW_ALONE, Trial, step_factor
 from iceslide_fem.runtime.arrays import Array, Index, Mask
 
-# The first step, relative to the duration and to the tolerance.
+# Bounds of the first step, relative to the duration and to the tolerance.
 FIRST_STEP = 0.05
-# Local errors of surface temperatures count so many times less than those of mu: conduction takes
-# them away, and the heat that has come in has no part in them.
+# Local errors of surface temperatures have this many times less weight than those of mu. Conduction
+# damps them, and they do not affect the heat in the ice.
 SURFACE_EASE = 8.0
-# The step after an event, relative to what the error asked for before.
+# First step after an event, over the step length that error control gave before it.
 RESTART = 0.01
-# So often a step is cut to where a straight line meets the event; then to a half at most.
+# Number of cuts of a step by linear interpolation of the event; later cuts at least halve it.
 LINES = 2
 SHORTEST_STEP = 1e-13  # of the duration
 
 
 class Front(NamedTuple):
-    """The conditions that still run (`active`), and where each is; arrays (n,).
+    """The running conditions (`active`) and their present state; arrays (n,).
 
-    time (s), duration (s); dt: length of the next step (s), cuts: of it in a row; ahead: how far
-    the next event is (s); warm: w |w| (`point_events`); rate: d ln h / dt (1/s); scale: of
-    temperatures (K); here: conditions at that time; their loads, state, ice and rubber.
+    time, duration: s; dt: length of the next step, s; cuts: consecutive cuts of it; ahead: expected
+    time to the next event, s; warm: w |w| (`point_events`); rate: d ln h / dt, 1/s; scale:
+    reference temperature, K; here: conditions at that time, with loads, state, ice and rubber.
     """
 
     active: Index
@@ -59,7 +59,7 @@ class Front(NamedTuple):
         return Front(*(part.take(index) for part in parts))
 
     def length(self, max_step: float, loading: InTime | None) -> Array:
-        """Of the next step, s: no further than the next event or corner is expected."""
+        """Length of the next step, s, at most to the next expected event or kink."""
         dt = np.minimum(np.minimum(self.dt, self.ahead), self.duration - self.time)
         np.minimum(dt, max_step, out=dt)
         return dt if loading is None else np.minimum(dt, loading.next_corner(self.time) - self.time)
@@ -75,7 +75,7 @@ class Front(NamedTuple):
         return self.warmth(self.rubber.film_temperature(on_ice, state.rubber, films))
 
     def cut(self, ahead: Array, event: Events, dt: Array) -> tuple[Array, Index]:
-        """How far the next events are (s), `ahead` where none is in the step, and cuts in a row."""
+        """Time to the next events (s), `ahead` if none is in the step, and consecutive cuts."""
         cuts = np.zeros_like(self.cuts)
         cuts[event.across] = self.cuts[event.across] + 1
         many = cuts[event.across] > LINES
@@ -85,7 +85,7 @@ class Front(NamedTuple):
 
 
 class StepLengths(Protocol):
-    """How long the steps of a `Front` are."""
+    """Choice of the step lengths of a `Front`."""
 
     def first(self, conditions: Conditions, loads: FilmLoads) -> Array:
         """Length of the first steps, s."""
@@ -93,28 +93,28 @@ class StepLengths(Protocol):
     def judge(
         self, front: Front, trial: Trial, event: Events, dt: Array, last: FilmLoads
     ) -> tuple[Mask, Array]:
-        """Where the `trial` steps of `dt` (s) to the loads `last` are good, and the next ones, s.
+        """Mask of accepted `trial` steps of `dt` (s) to the loads `last`, and next lengths, s.
 
-        Across an event none is.
+        A step across an event is rejected.
         """
 
     def stuck(self, bad: Index, event: Events, front: Front, dt: Array) -> Index:
-        """Where steps that are `bad` cannot be made shorter than the next `dt` (s)."""
+        """Numbers of `bad` steps that cannot be shortened; dt: next length, s."""
 
     def ahead(self, front: Front, step: Step, warm: Array, last: FilmLoads, band: float) -> Array:
-        """When after the `step`, which ends `warm`, the next event is expected, s."""
+        """Expected time from the end of `step` to the next event, s; warm: w |w| at its end."""
 
 
 class ByError(NamedTuple):
-    """Steps whose relative error of mu(t) is about the tolerance."""
+    """Steps by error control: the relative error of mu(t) is about the tolerance."""
 
     tolerance: float
     loading: InTime | None
 
     def first(self, conditions: Conditions, loads: FilmLoads) -> Array:
-        """A fraction of the duration, and so short that the surface hardly warms.
+        """A fraction of the duration, short enough that the surface hardly warms.
 
-        The error of the surface's temperature is about half its first rise, however short that.
+        The error of the surface temperature is about half of its first rise, for any step length.
         """
         undercooling = conditions.melting_temperature - conditions.temperature
         power = conditions.first_shear * loads.speed
@@ -125,11 +125,11 @@ class ByError(NamedTuple):
     def judge(
         self, front: Front, trial: Trial, event: Events, dt: Array, last: FilmLoads
     ) -> tuple[Mask, Array]:
-        """By their errors and by how far loads leave straight lines.
+        """Judge by local errors and by the nonlinearity of loads.
 
-        A step that was cut says nothing against a longer one. Across an event its error means
-        nothing; behind it the solution has a kink that an estimate can overlook unless the steps
-        grow from short ones again.
+        A cut step does not limit the next one. The error of a step across an event has no meaning.
+        After an event the solution has a kink that the error estimate may miss, so steps start
+        short again.
         """
         _, good, following = trial
         if self.loading is not None:
@@ -146,16 +146,16 @@ class ByError(NamedTuple):
         return good, following
 
     def stuck(self, bad: Index, event: Events, front: Front, dt: Array) -> Index:
-        """Where they are of no length."""
+        """Bad steps shorter than `SHORTEST_STEP`."""
         return bad[dt[bad] < SHORTEST_STEP * front.duration[bad]]
 
     def ahead(self, front: Front, step: Step, warm: Array, last: FilmLoads, band: float) -> Array:
-        """By straight lines and parabolas of their progress."""
+        """By linear and quadratic extrapolation of the progress."""
         return until(step, front.warm, warm, front.state.squeezed_height, last, band)
 
 
 class AsGiven(NamedTuple):
-    """Steps of one length (s); they end on events all the same."""
+    """Fixed steps of one length (s), which also end on events."""
 
     step: float
 
@@ -166,22 +166,22 @@ class AsGiven(NamedTuple):
     def judge(
         self, front: Front, trial: Trial, event: Events, dt: Array, last: FilmLoads
     ) -> tuple[Mask, Array]:
-        """Where they are numbers."""
+        """Accept all steps with finite values."""
         good = trial.good
         good[event.across] = False
         return good, front.dt
 
     def stuck(self, bad: Index, event: Events, front: Front, dt: Array) -> Index:
-        """Wherever they are bad, but for an event."""
+        """All bad steps without an event."""
         return np.setdiff1d(bad, event.across)
 
     def ahead(self, front: Front, step: Step, warm: Array, last: FilmLoads, band: float) -> Array:
-        """Never: steps are cut when they have met one."""
+        """Infinite: fixed steps are cut after they pass an event."""
         return np.full_like(front.ahead, np.inf)
 
 
 def _bend(start: FilmLoads, middle: FilmLoads, end: FilmLoads) -> Array:
-    """How far loads in the middle of a step are from the line between its ends, relative."""
+    """Relative distance of loads in the middle of a step from the line between its ends."""
     line = interpolate(start, end, 0.5)
     gaps = (
         np.abs(getattr(middle, name) - getattr(line, name))

@@ -1,4 +1,4 @@
-"""Heat conduction in the rubber: in columns above the points that carry films (`film_between`).
+"""Heat conduction in the rubber: columns above the points with films (`film_between`).
 
 The warm layer of the rubber, sqrt(alpha t), is 28 um after 7 ms, so one-dimensional columns are
 enough.
@@ -18,7 +18,7 @@ from iceslide_fem.film.law import Film
 from iceslide_fem.runtime.arrays import Array, Index
 from iceslide_fem.scene.materials import MELTING_TEMPERATURE, Solid
 
-# q_f (W/m2) and h (m) of films, (n,) each.
+# q_f (W/m2) and h (m) of films, each (n,).
 Heating = Callable[[], tuple[Array, Array]]
 
 
@@ -32,25 +32,25 @@ class RubberHeat(Protocol):
         """The film of one implicit stage below this rubber, whose heat state is `start`."""
 
     def heated(self, start: Array, dt: Array | float, flux: Array) -> Array:
-        """Heat state at the end of an implicit stage with `flux` (W/m2) where the films live."""
+        """Heat state at the end of an implicit stage with `flux` (W/m2) at the films."""
 
     def surface_temperature(self, heat_state: Array) -> Array:
-        """Temperature of the rubber's surface where the films live (K)."""
+        """Surface temperature of the rubber at the films (K)."""
 
     def at_contact(self, heat_state: Array, ice: IceHeat, of_ice: Array) -> Array | None:
-        """Its temperature at the films (K) above `ice` whose heat state is `of_ice`; None where no
-        heat reaches it.
+        """Rubber temperature at the films (K), above `ice` with heat state `of_ice`; None if
+        insulated.
         """
 
     def film_temperature(self, ice: Array, heat_state: Array, films: Heating) -> Array:
-        """T_f (K) of `films` between ice whose surface has `ice` (K) and this rubber."""
+        """T_f (K) of `films` between ice of surface temperature `ice` (K) and this rubber."""
 
     def take(self, index: Index) -> RubberHeat:
         """The rubber above the points at `index` only."""
 
 
 class Insulated:
-    """Rubber that takes no heat: the default. Heat state: nothing, shape (0, n_points)."""
+    """Rubber that takes no heat: the default. Heat state: empty, (0, n_points)."""
 
     def initial(self, n_points: int) -> Array:
         """No heat state."""
@@ -65,7 +65,7 @@ class Insulated:
         return start
 
     def surface_temperature(self, heat_state: Array) -> Array:
-        """One for all points, of no consequence."""
+        """A placeholder: insulated rubber has no temperature."""
         return np.zeros(1)
 
     def at_contact(self, heat_state: Array, ice: IceHeat, of_ice: Array) -> Array | None:
@@ -73,7 +73,7 @@ class Insulated:
         return None
 
     def film_temperature(self, ice: Array, heat_state: Array, films: Heating) -> Array:
-        """That of the ice."""
+        """The ice temperature."""
         return ice
 
     def take(self, index: Index) -> Insulated:
@@ -81,7 +81,7 @@ class Insulated:
         return self
 
     def saved(self, heat_state: Array) -> dict[str, Array]:
-        """Nothing, of so many points."""
+        """An empty array for the points."""
         return {"rise": heat_state}
 
     def restored(self, saved: Mapping[str, Array]) -> Array:
@@ -97,10 +97,10 @@ INSULATED = Insulated()
 
 
 class RubberColumns:
-    """Columns of rubber above the points that carry the films.
+    """Columns of rubber above the points with films.
 
-    All are in contact, but for what `covered` says. Heat state: amplitudes (n_modes, n_points) as
-    for `Column`.
+    All points are in contact, unless `covered` says otherwise. Heat state: amplitudes (n_modes,
+    n_points) as for `Column`.
     """
 
     def __init__(
@@ -113,7 +113,7 @@ class RubberColumns:
     ) -> None:
         """Rubber `solid` at `temperature` (K) for runs of `duration` (s).
 
-        `half_film` conducts to it and to ice of that `melting_temperature` (K).
+        half_film: conductance to rubber and ice; melting_temperature: of the ice, K.
         """
         self.column = Column(temperature, duration, solid=solid)
         self._cover: Array = np.ones(1)
@@ -141,7 +141,7 @@ class RubberColumns:
         return self.column.surface_temperature(heat_state)
 
     def at_contact(self, heat_state: Array, ice: IceHeat, of_ice: Array) -> Array | None:
-        """That of the surface."""
+        """Surface temperature of the rubber, K."""
         return self.surface_temperature(heat_state)
 
     def film_temperature(self, ice: Array, heat_state: Array, films: Heating) -> Array:
@@ -158,15 +158,15 @@ class RubberColumns:
         return part
 
     def saved(self, heat_state: Array) -> dict[str, Array]:
-        """What checkpoints keep of a heat state: that of `Column`."""
+        """Checkpoint arrays of a heat state: those of `Column`."""
         return self.column.saved(heat_state)
 
     def restored(self, saved: Mapping[str, Array]) -> Array:
-        """Heat state of what was `saved`, also by rubber for shorter runs."""
+        """Heat state from `saved` arrays, also those of a shorter run."""
         return self.column.restored(saved)
 
     def covered(self, cover: Array) -> RubberColumns:
-        """The same columns where points have contact (`cover` 1) or none (0), shape (n,)."""
+        """The same columns with contact (`cover` 1) or without (0) at each point, (n,)."""
         part = copy(self)
         part._cover = cover
         return part

@@ -1,6 +1,6 @@
 """Runge-Kutta methods, by their coefficients.
 
-All are diagonally implicit with one coefficient on the diagonal and end on their last stage.
+All are diagonally implicit with one diagonal coefficient, and end on their last stage.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Step-size control: whether a step may be taken, and how long the next one may be."""
+"""Step-size control: acceptance of a step, and length of the next one."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from iceslide_fem.film.runge_kutta import Integrator
 from iceslide_fem.runtime.arrays import Array, Mask
 
 SAFETY = 0.9
-# Of the tolerance, left over in the equation of the film's height.
+# Residual of the film height equation, over the tolerance.
 HEIGHT_SHARE = 1e-3
 SHRINK, GROW = 0.1, 2.0
-# The same where a point is on its own.
+# The same for a single point.
 GROW_ALONE = 2.5
-# Errors of a dry film move the onset of melting, those of H_s saturation, and mu turns sharply at
-# both: they count so many times.
+# Weights of errors of a dry film and of H_s: they shift melt onset and saturation, where mu has a
+# kink.
 DRY, SQUEEZED = 3.25, 3.0
-NO_ERROR = 1e-300  # in place of 0, which has no power below 0
+NO_ERROR = 1e-300  # replaces 0, which has no negative power
 
 
 def step_factor(error: Array | float, order: int, grow: float = GROW) -> Array:
@@ -35,29 +35,28 @@ def step_factor(error: Array | float, order: int, grow: float = GROW) -> Array:
 
 
 def close_enough(tolerance: float) -> float:
-    """Change of ln h after which a height is found (`film.height`).
+    """Last change of ln h in the search of a height (`film.height`).
 
-    What is left, of the order of its cube, is then a thousandth of the `tolerance`.
+    The remaining error, of the order of its cube, is a thousandth of the `tolerance`.
     """
     return max(CLOSE, float(np.cbrt(HEIGHT_SHARE * tolerance)))
 
 
 class ScaledLoads(Loads, Protocol):
-    """Loads that say what errors of water and of temperatures are relative to."""
+    """Loads with reference values for errors of water and of temperatures."""
 
     def water_scale(self, step: Step) -> Array:
-        """Height (m), (n,), that errors of the water in the voids count by, of a `step`."""
+        """Reference height (m), (n,), of errors of the water in the voids."""
 
     def temperature_scale(self, step: Step, scale: Array) -> Array:
-        """The `scale` (K), (n,), of errors of temperatures, or less where tau follows them."""
+        """Reference (K), (n,), of temperature errors: `scale`, or less where tau depends on it."""
 
 
 class StepControl(NamedTuple):
-    """How steps of many points are made and judged, each on its own.
+    """Makes and judges steps of many points, each separately.
 
-    tolerance: relative error of mu(t) aimed at, or None for steps that are taken as they are;
-    close: how closely heights are found, see `close_enough`; dry: how many times errors of ln h
-    count where nothing melts.
+    tolerance: target relative error of mu(t), or None for fixed steps; close: accuracy of heights,
+    see `close_enough`; dry: weight of errors of ln h where nothing melts.
     """
 
     integrator: Integrator
@@ -78,8 +77,8 @@ class StepControl(NamedTuple):
     ) -> Trial:
         """A step of `dt` (s, one per point) from `loads` to `end`.
 
-        `rate` is d ln h / dt (1/s) at its start as far as that is known. Its errors are those of
-        `error_norms`, with the weights above.
+        rate: d ln h / dt (1/s) at its start, if known. Errors are those of `error_norms`, with the
+        weights above.
         """
         method = self.integrator
         step = advance(state, loads, end, dt, ice, method, rubber, rate, self.close)
@@ -94,7 +93,7 @@ class StepControl(NamedTuple):
 
 
 class Trial(NamedTuple):
-    """A step, at which points it is good enough, and the length (s) of the next one there."""
+    """A step, the mask of points where it is accepted, and the next step length (s)."""
 
     step: Step
     good: Mask

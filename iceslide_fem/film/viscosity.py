@@ -1,8 +1,8 @@
-"""A viscosity that follows the film's temperature, and how a stage finds it.
+"""A temperature-dependent viscosity, and its value in an implicit stage.
 
 The film's temperature is that of the ice's surface, at most T_m (with heat in the rubber T_f of
-`film_between`): before it melts a film is supercooled. It warms with the power that the viscosity
-makes, and the viscosity falls with it: eta = eta(T(eta)) has one root, because the right side falls
+`film_between`): before melting a film is supercooled. Viscous friction warms the film, and the
+viscosity falls with temperature. eta = eta(T(eta)) therefore has one root: the right side falls
 with eta.
 """
 
@@ -19,10 +19,10 @@ from iceslide_fem.scene.materials import ViscosityTable
 Stage = TypeVar("Stage")
 Scale = TypeVar("Scale", float, Array)
 
-FILM_VISCOSITY = "film_viscosity_Pa_s"  # its column in tables
-SETTLED = 1e-10  # change of ln eta that is none
+FILM_VISCOSITY = "film_viscosity_Pa_s"  # column in tables
+SETTLED = 1e-10  # tolerance of ln eta
 MOST_PASSES = 100
-WARMER = 1e-3  # K, over which the fall of the viscosity is taken
+WARMER = 1e-3  # K, step of the numerical derivative
 
 
 class VariableViscosity(NamedTuple):
@@ -36,7 +36,7 @@ class VariableViscosity(NamedTuple):
         return np.asarray(np.log(self.table(temperature) / self.reference))
 
     def fall(self, temperature: Array) -> Array:
-        """- d ln eta / dT (1/K) from there upwards, (n,)."""
+        """- d ln eta / dT (1/K), one-sided towards higher temperature, (n,)."""
         return (self(temperature) - self(temperature + WARMER)) / WARMER
 
     def take(self, index: Index) -> VariableViscosity:
@@ -48,9 +48,9 @@ class VariableViscosity(NamedTuple):
 
 
 def temperature_scale(undercooling: Scale, table: ViscosityTable | None) -> Scale:
-    """Temperature (K) whose error counts as a whole: T_m - T_0, or what changes eta by as much.
+    """Reference of temperature errors (K): T_m - T_0, or less where it changes eta by 100 %.
 
-    The viscosity at the end of a step jumps where contact begins, so no error of its own is known.
+    The viscosity has no error estimate, because it jumps where contact begins.
     """
     if table is None:
         return undercooling
@@ -64,10 +64,10 @@ def consistent_viscosity(
     variable_viscosity: VariableViscosity,
     start: Array,
 ) -> tuple[Array, Array, Stage]:
-    """ln(eta / eta_0), (n,), that its own stage's temperature (K) gives; temperature and stage.
+    """ln(eta / eta_0), (n,), consistent with the temperature (K) of its stage; both, too.
 
-    `stage` says temperature and stage of a ln(eta / eta_0), `start` where to begin. Secants, kept
-    inside the bracket that the residual's signs give; what is left after all passes is NaN.
+    stage: function from ln(eta / eta_0) to temperature and stage; start: first guess. Secant
+    method, safeguarded by a bracket. Points that do not converge are NaN.
     """
     ends = np.log(
         [max(variable_viscosity.table.viscosity), min(variable_viscosity.table.viscosity)]

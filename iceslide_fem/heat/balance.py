@@ -1,19 +1,19 @@
-"""Films and the bodies that conduct their heat, in one implicit stage: a semismooth Newton method.
+"""Heat balance of films and bodies in one implicit stage, by a semismooth Newton method.
 
-With the rises w, the capacity C (diagonal), the conduction K, the power g drawn by a held base, and
-P that reads the surface at the points,
+With temperature rises w, capacity C (diagonal), conduction K, the power g drawn by a held base, and
+the interpolation P from the unknowns to the points,
 
     (C / dt + K) w = C w_0 / dt - g + P^T a q(T_0 + P w),
 
-where q are the fluxes (W/m2) that the films give, a their areas. Films melt what would get warmer
-than T_m: q falls with the temperature, steeply where they melt, and the equations are the gradient
-of a convex function. Each iteration evaluates the films at the present temperatures, takes the
-slopes of what they give, solves one linear system, and goes as far along its solution as the convex
-function falls (M. Hintermueller, K. Ito, K. Kunisch, SIAM J. Optim. 13 (2003) 865: it is the
-primal-dual active set method where the films only switch between two lines).
+where q are the fluxes (W/m2) from the films and a their areas. Ice melts at T_m, so q falls with
+the temperature, steeply where it melts. The equations are the gradient of a convex function. Each
+iteration evaluates the films and their slopes at the present temperatures and solves one linear
+system. A line search goes along the solution as far as the convex function falls (M. Hintermueller,
+K. Ito, K. Kunisch, SIAM J. Optim. 13 (2003) 865: it is the primal-dual active set method where the
+films only switch between two lines).
 
-Points are joined to the surface through a thin `interface_resistance` (K m2/W), so that the flux of
-one that melts is a function of its temperature, and unique.
+Points are coupled to the surface through a small `interface_resistance` (K m2/W). The flux of a
+melting point is then a unique function of its temperature.
 """
 
 from __future__ import annotations
@@ -34,25 +34,27 @@ from iceslide_fem.runtime.errors import NotConverged
 
 MOST_ITERATIONS = 40
 MOST_PLACES = 16
-FALLEN = 0.5  # of the slope along a change: then it goes far enough
-# Of the agreement: how nearly the surface is balanced, so that any number of ranks finds the same,
-# and how closely a linear system is solved, as films answer by 1 / interface_resistance times as
-# much.
+FALLEN = 0.5  # fraction of the first slope at which the line search ends
+# Fractions of the agreement: tolerance of the balance, so the result does not depend on the number
+# of ranks; tolerance of a linear system, because the flux of a film changes by 1 /
+# interface_resistance times a temperature error.
 CONVERGED, CLOSE = 1e-2, 1e-5
 SAME = PETSc.Mat.Structure.SAME_NONZERO_PATTERN
 NOT_FOUND = "the melting part of the ice's surface is not found"
 
 
 class Evaluation(NamedTuple):
-    """What films answer at given temperatures, the imbalance of each unknown (W) with it."""
+    """Heat of the films at given temperatures, and the imbalance of each unknown (W)."""
 
     answer: Answer
     imbalance: Array
 
 
 class Begin(NamedTuple):
-    """What is the same in all of a stage: heat state and rise (K) at its start, capacity over its
-    length (W/K), conduction and its diagonal (W/K), the power (W) of sources and of a held base.
+    """Constants of a stage.
+
+    They are heat state and rise (K) at its start, capacity over dt (W/K), conduction and its
+    diagonal (W/K), and the power of sources and of a held base (W).
     """
 
     heat_state: Array
@@ -64,10 +66,10 @@ class Begin(NamedTuple):
 
 
 class Meeting(NamedTuple):
-    """How films meet the bodies: what their points read, and the matrix of a system.
+    """Coupling of films and bodies: the interpolation to the points, and the system matrix.
 
-    conduction: that of the bodies (W/K) with entries for what the films couple, None where they
-    couple nothing that conduction does not; tangent: what each iteration writes anew.
+    conduction: matrix of the bodies (W/K) with extra entries for the films' coupling, None without
+    extra entries; tangent: matrix overwritten in each iteration.
     """
 
     reads: Readings
@@ -75,29 +77,30 @@ class Meeting(NamedTuple):
     tangent: PETSc.Mat
 
     def among(self, points: Index | None) -> Meeting:
-        """The same of films at some of the points alone."""
+        """The same with films at some of the points only."""
         return self if points is None else self._replace(reads=self.reads.among(points))
 
 
 class Balance:
-    """Bodies with films between or below them: `contact` says what those give."""
+    """Heat balance of bodies and films; `contact` gives the heat of the films."""
 
     _contact: Contact
     _meeting: Meeting
 
     def __init__(self, bodies: Bodies, temperature: float, agreement: float) -> None:
-        """All bodies are at `temperature` (K) at first. agreement: how far (K) the surface may be
-        from what takes what the films give.
+        """temperature: initial, of all bodies, K; agreement: tolerance of surface
+        temperatures, K.
         """
         self._bodies, self._T_0, self._agreement = bodies, temperature, agreement
         self._solver = LinearSolver(bodies.comm, CLOSE * agreement)
         self._heating = np.zeros_like(bodies.capacity)
         self._tangent_of_one = bodies.conduction.duplicate()
-        self._own, self._other = bodies.conduction.createVecs()  # written anew in each product
+        self._own, self._other = bodies.conduction.createVecs()  # overwritten in each product
 
     def meeting(self, reads: Readings, joins: bool = False) -> Meeting:
-        """How films meet the bodies at points with these readings, and whether they join them:
-        those above one body couple nothing that it does not. Collective.
+        """Coupling of films and bodies at points with these readings. Collective.
+
+        joins: whether films couple two bodies; films above one body add no matrix entries.
         """
         if not joins:
             return Meeting(reads, None, self._tangent_of_one)
@@ -105,23 +108,23 @@ class Balance:
         return Meeting(reads, wide, wide.duplicate())
 
     def under(self, meeting: Meeting, contact: Contact) -> Balance:
-        """The same bodies as a `contact` meets them."""
+        """The balance of the same bodies with a `contact`."""
         below = copy(self)
         below._contact, below._meeting = contact, meeting
         return below
 
     def heated(self, power: Array) -> Balance:
-        """The same bodies with a source of heat within, W, (n_own,) (`load` of the elements)."""
+        """The balance with a heat source in the bodies, W, (n_own,) (`load` of the elements)."""
         inside = copy(self)
         inside._heating = power
         return inside
 
     def temperature(self, heat_state: Array) -> Array:
-        """At all that is read, K. Collective."""
+        """Temperature at all readings, K. Collective."""
         return self._T_0 + self._meeting.reads.of(self._bodies.rise(heat_state))
 
     def stage(self, start: Array, dt: float, film: Film) -> tuple[Array, FilmStage]:
-        """Heat state at the end of a stage of `dt` (s) from `start`, and the film's. Collective.
+        """Heat state at the end of a stage of `dt` (s) from `start`, and its film. Collective.
 
         Raises NotConverged.
         """
@@ -137,7 +140,7 @@ class Balance:
         raise NotConverged(NOT_FOUND)
 
     def _begin(self, start: Array, dt: float) -> Begin:
-        """What is the same in all of a stage; conduction is that of its start."""
+        """Constants of a stage, with the conduction at its start."""
         bodies = self._bodies
         rise = bodies.rise(start)
         matrix, drawn = bodies.conducting(rise)
@@ -149,10 +152,10 @@ class Balance:
     def _along(
         self, begin: Begin, film: Film, rise: Array, change: Array, before: Evaluation
     ) -> tuple[Array, Evaluation]:
-        """As far along a `change` as the convex function falls: where its slope is small.
+        """Line search along a `change`, to a point where the slope of the convex function is small.
 
-        The slope falls from that at the start. Where all of the change goes too far, the places
-        between which it passes 0 are drawn together, by secants and by halves in turn.
+        If the full change goes too far, secants and bisections alternate in the bracket of the zero
+        of the slope.
         """
         low, first = 0.0, self._dot(change, before.imbalance)
         step_length, high, above, below = 1.0, np.inf, first, 0.0
@@ -177,7 +180,7 @@ class Balance:
         return Evaluation(answer, given - kept - self._conducted(begin.conduction, rise))
 
     def _converged(self, begin: Begin, evaluation: Evaluation) -> bool:
-        """Whether what is out of balance would warm no unknown by more than the agreement."""
+        """Whether the imbalance warms no unknown by more than the agreement."""
         off = np.abs(evaluation.imbalance / (begin.capacity + begin.diagonal)).max(initial=0.0)
         most = self._bodies.comm.allreduce(off, op=MPI.MAX)
         if np.isnan(most):
@@ -185,7 +188,7 @@ class Balance:
         return bool(most <= CONVERGED * self._agreement)
 
     def _kept(self, rise: Array, imbalance: Array, dt: float) -> Array:
-        """The heat state with all heat: what the solver has left warms a body evenly."""
+        """The heat state with the solver's residual spread evenly, so heat is conserved."""
         warmer = [
             one.warmed(left, dt)
             for one, left in zip(self._bodies.equations, self._bodies.parts(imbalance), strict=True)
@@ -193,7 +196,7 @@ class Balance:
         return self._bodies.heat_state(rise) + np.concatenate(warmer)
 
     def _tangent(self, begin: Begin, rise: Array, slopes: Array) -> PETSc.Mat:
-        """Capacity and conduction at a rise, and the falls of what the films give."""
+        """Matrix of capacity, conduction at a rise, and slopes of the films' heat."""
         tangent = begin.conduction.copy(self._meeting.tangent, SAME)
         self._own.array[:] = begin.capacity * self._bodies.steepness(rise) + begin.diagonal
         tangent.setDiagonal(self._own)

@@ -1,4 +1,4 @@
-"""Bodies that conduct heat together with the films between them: one system of unknowns."""
+"""Several heat-conducting bodies in one system of unknowns."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from iceslide_fem.runtime.arrays import Array
 
 
 class Bodies:
-    """The unknowns of some heat equations, on each rank those of one after those of the other.
+    """The unknowns of several heat equations, concatenated on each rank.
 
     capacity: of each, J/K, (n_own,); conduction: the joint matrix at the initial temperature.
     """
 
     def __init__(self, equations: Sequence[HeatEquation]) -> None:
-        """Bodies without contact yet. Collective."""
+        """Bodies without contact. Collective."""
         self.equations, self.comm = tuple(equations), equations[0].comm
         self.capacity = np.concatenate([one.capacity for one in equations])
         self._drawn = np.concatenate([one.drawn for one in equations])
@@ -52,7 +52,7 @@ class Bodies:
         return self._each("steepness", rise)
 
     def conducting(self, rise: Array) -> Conducting:
-        """Conduction at a rise; of several bodies it is always the same. Collective."""
+        """Conduction at a rise; constant for several bodies. Collective."""
         if len(self.equations) == 1:
             return self.equations[0].conducting(rise)
         return Conducting(self.conduction, self._drawn)
@@ -70,15 +70,15 @@ class Bodies:
         return float(self.comm.allreduce(own, op=MPI.SUM))
 
     def joint(self, body: int, reading: Reading) -> Reading:
-        """The `reading` of a body's unknowns by their numbers among those of all bodies."""
+        """The `reading` of a body with its unknowns in joint numbers of all bodies."""
         if len(self.equations) == 1:
             return reading
         ranges = np.asarray(self._own_ranges[body])
-        joint = np.sum(self._own_ranges, axis=0)  # where the ranks begin
+        joint = np.sum(self._own_ranges, axis=0)  # first number of each rank
         rank = np.searchsorted(ranges, reading.number, side="right") - 1
         before = sum(np.diff(other)[rank] for other in self._own_ranges[:body])
         return Reading(joint[rank] + before + reading.number - ranges[rank], reading.weight)
 
     def reading(self, reading: Reading) -> PETSc.Mat:
-        """Matrix that reads the unknowns of all bodies, by joint numbers. Collective."""
+        """Interpolation matrix from the unknowns of all bodies, in joint numbers. Collective."""
         return rows_of(reading.number, reading.weight, self.capacity.size, self.comm)

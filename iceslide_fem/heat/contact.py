@@ -1,7 +1,7 @@
-"""What films give to the bodies around them, at the temperatures that are read at their points.
+"""Heat from films to the bodies around them, at given temperatures of their points.
 
-Points are joined to the surfaces through a thin `interface_resistance` (K m2/W), so that the flux
-of one that melts is a function of its temperature, and unique.
+Points are coupled to the surfaces through a small `interface_resistance` (K m2/W). The flux of a
+melting point is then a unique function of its temperature.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from iceslide_fem.scene.materials import Solid
 
 
 class Answer(NamedTuple):
-    """Films at given temperatures of what is read: what they give to each of it, W, (m,).
+    """Films at given temperatures: the heat to each reading, W, (m,).
 
-    slopes: by which that falls with the temperature there, and with that of the other body, where
-    there are two, W/K, (bodies, m).
+    slopes: fall of this heat with the temperature there, and with that of the other body, if there
+    are two, W/K, (bodies, m).
     """
 
     stage: FilmStage
@@ -32,18 +32,18 @@ class Contact(Protocol):
     """Films between bodies, or above one."""
 
     def evaluate(self, film: Film, temperature: Array, near: Array) -> Answer:
-        """What they give at the temperatures (K) that are read, near a ln h."""
+        """Heat at the read temperatures (K); first guess of heights: ln h = `near`."""
 
 
 class AboveIce(NamedTuple):
-    """Films above ice of `solid`: one reading for each point, which stands for `area`, m2."""
+    """Films above ice of `solid`: one reading for each point; area: of the points, m2."""
 
     area: Array
     solid: Solid
     interface_resistance: float
 
     def evaluate(self, film: Film, temperature: Array, near: Array) -> Answer:
-        """What they give to the ice."""
+        """Heat to the ice."""
         resistances = np.full_like(temperature, self.interface_resistance)
         stage = film.solve(Surface.of(temperature, resistances, self.solid), near)
         slopes = (self.area * stage.ice_slope / self.interface_resistance)[None]
@@ -62,11 +62,11 @@ class BetweenIceAndRubber(NamedTuple):
     half_film: HalfFilm
 
     def evaluate(self, film: Film, temperature: Array, near: Array) -> Answer:
-        """What they give to both.
+        """Heat to both bodies.
 
-        With the conductances G_i, G_r to the bodies a film that melts gives each what its own
-        temperature lets it, and one that does not gives both what is left: the fall is G of one, or
-        G_i G_r / (G_i + G_r) of both.
+        G_i and G_r are the conductances to the bodies. A melting film is at T_m, so the slope for a
+        body is its own G. A film that does not melt gives its whole power to both, so the slope is
+        G_i G_r / (G_i + G_r).
         """
         below, above = np.split(temperature, 2)
         resistances, cover = np.full_like(below, self.interface_resistance), np.ones_like(below)

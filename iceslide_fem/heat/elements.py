@@ -1,12 +1,12 @@
-"""Elements of the heat equation: what the unknowns are, and by which rule forms are integrated.
+"""Elements of the heat equation: their unknowns and their quadrature.
 
-`LayeredElements` are for bodies that are heated from a plane: quadratic downwards, where the
-temperature falls steeply over a few layers, and linear along the surface, where what films give
-begins and ends suddenly. They are the part of DOLFINx's quadratic space whose nodes between two
-neighbours along the surface have the mean of theirs. Forms are integrated by the rule whose points
-are the element's nodes (trapezoids along the surface, Simpson downwards): the capacity is diagonal
-with positive entries, and heat that begins suddenly cools no node beside it. `QuadraticElements`
-are the whole space, for bodies of any shape; the capacity is lumped, too.
+`LayeredElements` are for bodies heated from a plane. They are quadratic downwards, where the
+temperature falls steeply over a few layers. They are linear along the surface, where the heat of
+films begins and ends suddenly. They form the subspace of DOLFINx's quadratic space in which a
+mid-node along the surface has the mean of its neighbours. Quadrature points are the element's nodes
+(trapezoids along the surface, Simpson downwards). The capacity is therefore diagonal and positive,
+and sudden heat does not cool a node beside it. `QuadraticElements` are the whole space, for bodies
+of any shape, also with a lumped capacity.
 """
 
 from __future__ import annotations
@@ -25,13 +25,14 @@ from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
 from iceslide_fem.runtime.arrays import Array, Index
 
 DEGREE = 2
-ROUNDED = 9  # digits of a mesh's size to which nodes are below one another
+ROUNDED = 9  # digits, relative to the mesh size, for nodes in one column
 LOBATTO = {"quadrature_rule": "GLL", "quadrature_degree": 3}
 
 
 class Numbering(NamedTuple):
-    """Unknowns of this rank: local dofs of the space, in their order, and for every local dof of
-    the space, ghosts included, its number among the unknowns of all ranks, -1 if it is none.
+    """Unknowns of this rank as local dofs of the space, in order; and their global numbers.
+
+    The global numbers are given for every local dof, ghosts included; -1 if it is no unknown.
     """
 
     dofs: Index
@@ -41,7 +42,7 @@ class Numbering(NamedTuple):
 class QuadraticElements:
     """All of the quadratic Lagrange space on a mesh of any cells."""
 
-    surface_degree = 2  # of what an unknown's shape function is on a facet
+    surface_degree = 2  # degree of shape functions on a facet
 
     def __init__(self, mesh: Any) -> None:
         """Number the unknowns column by column. Collective."""
@@ -54,8 +55,8 @@ class QuadraticElements:
     def capacity(self, density: Any) -> Array:
         """Lumped capacity (n_own,) of a `density` (J/(m3 K)), a UFL expression. Collective.
 
-        By the nodes' own rule, or in simplices, where that would give corners nothing, in
-        proportion to the diagonal (E. Hinton, T. Rock, O. C. Zienkiewicz, 1976).
+        By nodal quadrature. In simplices nodal quadrature gives corners 0, so the diagonal is
+        scaled instead (E. Hinton, T. Rock, O. C. Zienkiewicz, 1976).
         """
         u, v = ufl.TrialFunction(self.space), ufl.TestFunction(self.space)
         dx = ufl.Measure("dx", domain=self.space.mesh)
@@ -70,7 +71,7 @@ class QuadraticElements:
         return np.asarray(lumped)
 
     def stiffness(self, conductivity: Any) -> Callable[[], PETSc.Mat]:
-        """What assembles the conduction in the unknowns' order. Collective, and so is that."""
+        """Function that assembles the conduction matrix. Both calls are collective."""
         u, v = ufl.TrialFunction(self.space), ufl.TestFunction(self.space)
         form = compat.form(conductivity * ufl.inner(ufl.grad(u), ufl.grad(v)) * ufl.dx)
         whole = compat.create_matrix(form)
@@ -87,8 +88,9 @@ class QuadraticElements:
         return self._own(compat.form(density * v * ufl.dx(domain=self.space.mesh)))
 
     def summed(self, shares: Array) -> Array:
-        """Of what this rank gives to all local dofs of the space, ghosts included, the sum of all
-        ranks' at its unknowns, (n_own,). Collective.
+        """Sum of all ranks' contributions at this rank's unknowns, (n_own,). Collective.
+
+        shares: contributions of this rank to all local dofs, ghosts included.
         """
         vector = compat.create_vector(self.space)
         with vector.localForm() as local:
@@ -113,11 +115,10 @@ class QuadraticElements:
 
 
 class LayeredElements:
-    """Quadratic downwards and linear along the surface, in quadrilaterals or hexahedra that stand
-    upright (`mesh.ice_body`).
+    """Quadratic downwards and linear along the surface, in upright quads or hexahedra.
 
-    halves: corners of the lower and the upper half of each cell of this rank, as VTK orders them,
-    by local dofs of the space, (2 cells, 2^dim).
+    The mesh is that of `mesh.ice_body`. halves: corners of the lower and the upper half of each
+    cell of this rank, as VTK orders them, by local dofs of the space, (2 cells, 2^dim).
     """
 
     surface_degree = 1
@@ -141,8 +142,9 @@ class LayeredElements:
         return self.load(density)
 
     def stiffness(self, conductivity: Any) -> Callable[[], PETSc.Mat]:
-        """What assembles the conduction in the unknowns' order, with the values that the
-        coefficients then have. Collective, and so is what it returns.
+        """Function that assembles the conduction matrix with the present coefficients.
+
+        Both calls are collective.
         """
         u, v = ufl.TrialFunction(self.space), ufl.TestFunction(self.space)
         dx = ufl.dx(domain=self.space.mesh, metadata=self._rule)
@@ -185,7 +187,7 @@ class LayeredElements:
             for place in places
         ]
         most = max(map(len, corners))
-        parents = np.array([one * (most // len(one)) for one in corners])  # each as often
+        parents = np.array([one * (most // len(one)) for one in corners])  # repeated
         own, number = self.space.dofmap.index_map.size_local, self.numbering.number
         columns = np.zeros((own, most), dtype=np.int64)
         for dof, parent in enumerate(parents):
@@ -194,7 +196,7 @@ class LayeredElements:
         rows = np.repeat(np.arange(own), most)
         first, last = np.full(most, 1.0 / most), self.numbering.dofs.size
         spread = coo_matrix((np.tile(first, own), (rows, columns.ravel())))
-        spread = spread.tocsr()  # which adds up what stands at one place
+        spread = spread.tocsr()  # sums duplicate entries
         return PETSc.Mat().createAIJ(
             ((own, PETSc.DETERMINE), (last, PETSc.DETERMINE)),
             csr=(
@@ -229,12 +231,12 @@ def _rows(space: Any, dofs: Index) -> PETSc.IS:
 
 
 def _places_of_dofs(cell: str) -> Array:
-    """Where the dofs of a quadratic cell lie in it, (dofs, dim), 0, 0.5 or 1 along each axis."""
+    """Reference positions of the dofs of a quadratic cell, (dofs, dim): 0, 0.5 or 1 each."""
     return np.round(2.0 * np.asarray(compat.basix_lagrange(cell, DEGREE).points)) / 2.0
 
 
 def _ends(place: Array) -> list[Array]:
-    """The places of which a dof has the mean: itself, or the nearest along the surface."""
+    """Positions whose mean gives a dof: itself, or its neighbours along the surface."""
     *across, down = [[x] for x in place]
     choices = [[0.0, 1.0] if axis == [0.5] else axis for axis in across]
     return [np.array([*along, *down]) for along in itertools.product(*choices)]
@@ -245,7 +247,7 @@ def _halves(places: Array) -> NDArray[np.intp]:
     around = [[0.0], [1.0]] if places.shape[1] == 2 else [[0, 0], [1, 0], [1, 1], [0, 1]]
     halves = []
     for low, high in ((0.0, 0.5), (0.5, 1.0)):
-        upper = around[::-1] if places.shape[1] == 2 else around  # a quadrilateral goes around
+        upper = around[::-1] if places.shape[1] == 2 else around  # VTK: quadrilaterals go around
         ends = [[*place, low] for place in around] + [[*place, high] for place in upper]
         halves.append([np.flatnonzero((places == end).all(axis=1))[0] for end in ends])
     return np.array(halves)

@@ -1,4 +1,4 @@
-"""The heat equation on a mesh, by DOLFINx.
+"""The heat equation on a mesh, in DOLFINx.
 
     rho c dT/dt = div(lambda grad T) + f,   lambda dT/dn = q on the surface,   T = T_b on a base
 
@@ -7,9 +7,8 @@ temperature and the test functions v of the elements (`elements`),
 
     int rho c dw/dt v dx + int lambda grad w . grad v dx = int q v ds + int f v dx.
 
-Unknowns are numbered column by column: nodes below one another follow each other downwards. Heat
-goes up and down far faster than sideways, and an incomplete Cholesky factor in that order is nearly
-the factor itself.
+Unknowns are numbered column by column, downwards. Conduction is far stronger along a column than
+sideways, so an incomplete Cholesky factor in this order is nearly exact.
 """
 
 from __future__ import annotations
@@ -31,11 +30,11 @@ Elements = LayeredElements | QuadraticElements
 
 
 class Body(Protocol):
-    """A mesh of DOLFINx's whose facets have names: those of the ice and of the rubber."""
+    """A DOLFINx mesh with named facets: that of the ice or of the rubber."""
 
     @property
     def mesh(self) -> Any:
-        """DOLFINx's."""
+        """The DOLFINx mesh."""
 
     @property
     def facet_tags(self) -> Any:
@@ -54,22 +53,20 @@ class Properties(NamedTuple):
 
 
 class Conducting(NamedTuple):
-    """Conduction between unknowns, W/K, without those of a held base, and the power that leaves
-    each towards it, W.
-    """
+    """Conduction between free unknowns, W/K, and the power from each into the held base, W."""
 
     matrix: PETSc.Mat
     drawn: Array
 
 
 class HeatEquation:
-    """Capacity, conduction and the held base of a mesh, in this rank's own unknowns.
+    """Capacity, conduction and held base of a mesh, for this rank's unknowns.
 
-    Arrays of unknowns are (n_own,), in the order of the elements' numbering; x: where they are, m;
-    numbers: of the space's local dofs among the unknowns of all ranks.
+    Arrays of unknowns are (n_own,), in the order of the elements' numbering; x: their positions, m;
+    numbers: global numbers of the space's local dofs.
     capacity: of each unknown, J/K (J/(m K) in a slice); conduction: matrix, W/K, whose rows and
-    columns of the held base are zero; drawn: power that leaves each unknown towards a base that
-    is held at another temperature than the initial, W; held: which unknowns the base has.
+    columns of the held base are zero; drawn: power from each unknown into a base held at another
+    than the initial temperature, W; held: mask of the base's unknowns.
     """
 
     def __init__(
@@ -79,8 +76,8 @@ class HeatEquation:
         properties: Properties,
         base: tuple[str, float] | None = None,
     ) -> None:
-        """`base`: name of facets that are held, and by how much (K) they are warmer than the
-        initial temperature. Collective.
+        """base: name of the held facets, and their rise above the initial temperature (K).
+        Collective.
         """
         self.body, self.elements, self.comm = body, elements, body.mesh.comm
         dofs, self.numbers = elements.numbering
@@ -97,7 +94,7 @@ class HeatEquation:
             self.drawn = self._apart(self.conduction)
         leaks = product(self.conduction, (~self.held).astype(float))
         self._free_capacity = float(self.capacity[~self.held].sum())
-        self._leak = float(leaks[~self.held].sum())  # to the base, W/K
+        self._leak = float(leaks[~self.held].sum())  # conductance to the base, W/K
 
     @property
     def n_dofs(self) -> int:
@@ -105,20 +102,20 @@ class HeatEquation:
         return int(self.conduction.getSize()[0])
 
     def initial(self) -> Array:
-        """Heat state at t = 0, K: none but of the held base."""
+        """Heat state at t = 0, K: zero except at the held base."""
         return self.heat_state(np.where(self.held, self.base_rise, 0.0))
 
     def heat(self, heat_state: Array) -> float:
-        """Heat above the initial temperature, J (J/m in a slice), but the base's. Collective."""
+        """Heat above the initial temperature without the base, J (J/m in a slice). Collective."""
         own = float(self.capacity @ np.where(self.held, 0.0, heat_state))
         return float(self.comm.allreduce(own, op=MPI.SUM))
 
     def rise(self, heat_state: Array) -> Array:
-        """Rise (K), (n_own,), of a heat state: the same where the capacity is constant."""
+        """Rise (K), (n_own,), of a heat state; equal to it for constant capacity."""
         return heat_state
 
     def heat_state(self, rise: Array) -> Array:
-        """Heat state (K): the rise that its heat would make at the initial capacity."""
+        """Heat state (K): the heat of a rise, over the initial capacity."""
         return rise
 
     def nodal(self, heat_state: Array) -> Array:
@@ -130,29 +127,30 @@ class HeatEquation:
         return np.ones_like(rise)
 
     def conducting(self, rise: Array) -> Conducting:
-        """Conduction at a rise: here it is always the same. Collective."""
+        """Conduction at a rise; constant here. Collective."""
         return Conducting(self.conduction, self.drawn)
 
     def warmed(self, power: Array, dt: float) -> Array:
-        """Rise (n_own,) of all but the held base, equal everywhere, after `dt` (s) of the `power`
-        (W) of all unknowns, implicit as a stage. Collective.
+        """Uniform rise (n_own,) of all free unknowns after `dt` (s) of the total `power` (W).
+
+        Implicit Euler, as a stage. Collective.
         """
         own = np.array([power[~self.held].sum(), self._free_capacity / dt + self._leak])
         given, takes = self.comm.allreduce(own, op=MPI.SUM)
         return np.where(self.held, 0.0, given / takes)
 
     def _on(self, name: str) -> Mask:
-        """Which unknowns the facets `name` have, (n_own,). Collective."""
+        """Mask of the unknowns on the facets `name`, (n_own,). Collective."""
         space, tags = self.elements.space, self.body.facet_tags
         facets = tags.find(self.body.tags[name])
         here = fem.locate_dofs_topological(space, space.mesh.topology.dim - 1, facets)
         function = fem.Function(space)
         function.x.array[here] = 1.0
-        compat.sum_ghosts(compat.petsc_vector(function))  # a rank may know none of its facets
+        compat.sum_ghosts(compat.petsc_vector(function))  # a dof's rank may have none of its facets
         return np.asarray(function.x.array[self.elements.numbering.dofs] > 0.5)
 
     def _apart(self, conduction: PETSc.Mat) -> Array:
-        """Take the held base's rows and columns out of a matrix; what it draws from the others."""
+        """Remove the held base from a matrix; return the power drawn from the other unknowns."""
         values = np.where(self.held, self.base_rise, 0.0)
         drawn = np.where(self.held, 0.0, product(conduction, values))
         rows = conduction.getOwnershipRange()[0] + np.flatnonzero(self.held)
@@ -161,7 +159,7 @@ class HeatEquation:
 
 
 def of_regions(body: DistributedMesh, solids: Mapping[str, Solid]) -> Properties:
-    """Properties of a body whose regions are of different `solids`. Collective."""
+    """Properties of a body with one of the `solids` in each region. Collective."""
     space = compat.cellwise_space(body.mesh)
     conductivity, capacity = fem.Function(space), fem.Function(space)
     for name, number in body.regions.items():

@@ -1,4 +1,4 @@
-"""Unknowns by their places, across ranks: who has the one at a point."""
+"""Search of unknowns by position, over all ranks."""
 
 from __future__ import annotations
 
@@ -16,10 +16,7 @@ SAME_PLACE = 1e-7  # of the body's extent
 
 
 def numbers_at(equation: HeatEquation, points: Array) -> NDArray[np.int64]:
-    """Numbers among all unknowns of those at this rank's `points` (n, d), m; -1 where none is.
-
-    Collective.
-    """
+    """Global numbers of the unknowns at this rank's `points` (n, d), m; -1 if none. Collective."""
     comm, x = equation.comm, equation.x
     ends = x.min(axis=0, initial=np.inf), x.max(axis=0, initial=-np.inf)
     boxes = np.array(comm.allgather(ends))
@@ -42,9 +39,9 @@ def numbers_at(equation: HeatEquation, points: Array) -> NDArray[np.int64]:
 
 
 def taking(equation: HeatEquation, numbers: NDArray[np.int64]) -> PETSc.Mat:
-    """Matrix that gives this rank's unknowns the values of those with the `numbers` (n_own,).
+    """Matrix that copies the values of unknowns `numbers` (n_own,) to this rank's unknowns.
 
-    Nothing where a number is -1. Collective.
+    The number -1 gives 0. Collective.
     """
     there = (numbers >= 0).astype(float)
     return rows_of(numbers[:, None], there[:, None], numbers.size, equation.comm)

@@ -1,6 +1,6 @@
-"""The linear systems of an implicit stage: PETSc's conjugate gradients.
+"""Linear systems of an implicit stage, by PETSc's conjugate gradients.
 
-The diagonal preconditions them, on any number of ranks: some twenty iterations
+The preconditioner is the diagonal, on any number of ranks. It takes some twenty iterations
 (docs/explanation/ice.md). Options begin with `-heat_`.
 """
 
@@ -15,14 +15,14 @@ from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import NotConverged
 
 MOST_ITERATIONS = 2000
-RELATIVE = 1e-4  # of what is off: the next iteration of Newton's method takes the rest
+RELATIVE = 1e-4  # relative residual; the next Newton iteration removes the rest
 
 
 class LinearSolver:
     """Solves symmetric positive systems of one size."""
 
     def __init__(self, comm: Any, close: float) -> None:
-        """Solutions are as `close` (of their unit) as the preconditioned residual tells."""
+        """`close`: absolute tolerance of the preconditioned residual, in the solution's unit."""
         self._vectors: tuple[PETSc.Vec, PETSc.Vec] | None = None
         self._ksp = ksp = PETSc.KSP().create(comm)
         ksp.setOptionsPrefix("heat_")
@@ -33,7 +33,7 @@ class LinearSolver:
 
     @property
     def iterations(self) -> int:
-        """Of the last system."""
+        """Iterations for the last system."""
         return int(self._ksp.getIterationNumber())
 
     def solve(self, matrix: PETSc.Mat, right: Array) -> Array:

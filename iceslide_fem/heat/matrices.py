@@ -1,4 +1,4 @@
-"""PETSc's matrices and this rank's own values."""
+"""PETSc matrices applied to this rank's values."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 from iceslide_fem.fenics.compat import MPI, PETSc
 from iceslide_fem.runtime.arrays import Array
 
-NOTHING = 1e-12  # of weights that add up to 1
+NOTHING = 1e-12  # a weight below this is 0; weights have the sum 1
 
 
 def rows_of(numbers: NDArray[np.int64], weights: Array, columns: int, comm: MPI.Comm) -> PETSc.Mat:
-    """Matrix whose rows (n, few) weigh values by their numbers, of which this rank has `columns`.
+    """Matrix with rows (n, few) of weights for the columns `numbers`. Collective.
 
-    What weighs nothing is left out. Collective.
+    columns: number of columns that this rank owns. Zero weights are dropped.
     """
     counts = np.abs(weights) > NOTHING
     starts = np.concatenate([[0], np.cumsum(counts.sum(axis=1))]).astype(PETSc.IntType)

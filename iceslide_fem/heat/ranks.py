@@ -1,4 +1,4 @@
-"""What ranks ask each other about points."""
+"""Queries of points between ranks."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ Answer = TypeVar("Answer")
 def answered(
     points: Array, wanted: Sequence[Index], here: Callable[[Array], Answer], comm: MPI.Comm
 ) -> Iterator[tuple[Index, Answer]]:
-    """Which of this rank's `points` (n, d) each rank was asked for, and what is `here` there.
+    """For each rank: numbers of this rank's `points` (n, d) sent to it, and its result of `here`.
 
-    wanted: numbers of the points, for every rank. Collective, before the first is given.
+    wanted: numbers of the points to send to each rank. Collective, when iteration starts.
     """
     questions = comm.alltoall([points[index] for index in wanted])
     answers = comm.alltoall([here(places) for places in questions])

@@ -1,4 +1,4 @@
-"""The unknowns as points read them, and what the points give to the unknowns."""
+"""Interpolation from unknowns to points, and transfer of heat from points to unknowns."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from iceslide_fem.runtime.arrays import Array, Index
 
 
 class Readings:
-    """A matrix P whose rows weigh unknowns for this rank's points: temperatures P w, heat P^T q.
+    """Interpolation matrix P of this rank's points: temperatures P w, heat P^T q.
 
-    Where points read two bodies, the rows of one come after those of the other.
+    For two bodies, the rows of the first are followed by those of the second.
     """
 
     def __init__(self, matrix: PETSc.Mat, bodies: int = 1) -> None:
-        """What a `matrix` reads of so many bodies. Collective."""
+        """Readings by a `matrix` from this number of `bodies`. Collective."""
         self._matrix, self._bodies = matrix, bodies
         self._unknowns, self._points = matrix.createVecs()
         number, weight = _padded(*matrix.getValuesCSR())
         numbers, place = np.unique(number, return_inverse=True)
         place = place.reshape(number.shape)
-        # pairs of readings that follow each other's temperature: of a point, and across its film
+        # pairs of coupled readings: of a point with itself, and across its film
         pairs = []
         for body in range(bodies):
             other = np.roll(np.arange(len(number)), body * (len(number) // 2))
@@ -43,7 +43,7 @@ class Readings:
         self._some: Index | slice = slice(None)
 
     def among(self, points: Index) -> Readings:
-        """The same of some of the points alone, by their numbers."""
+        """The same for some of the points only, by number."""
         some = copy(self)
         some._some = points
         return some
@@ -55,7 +55,7 @@ class Readings:
         return np.array(self._points.array[self._some])
 
     def given(self, values: Array) -> Array:
-        """What the unknowns get of the points' `values` (n,). Collective."""
+        """Sums at the unknowns of the points' `values` (n,). Collective."""
         self._points.array[:] = 0.0
         self._points.array[self._some] = values
         self._matrix.multTranspose(self._points, self._unknowns)
@@ -64,8 +64,8 @@ class Readings:
     def couple(self, matrix: PETSc.Mat, slopes: Array) -> None:
         """Add P^T S P to a matrix with these entries. Collective.
 
-        slopes: of what each point gets with its own temperature, and with that of the other body,
-        where there are two, (bodies, n).
+        slopes: of the heat of each point with its temperature, and with that of the other body, if
+        there are two, (bodies, n).
         """
         of_all = np.zeros((self._bodies, self._points.getLocalSize()))
         of_all[:, self._some] = slopes
@@ -74,7 +74,7 @@ class Readings:
         matrix.assemble()
 
     def widened(self, matrix: PETSc.Mat) -> PETSc.Mat:
-        """The same matrix with entries wherever films couple unknowns. Collective."""
+        """The matrix with additional entries where films couple unknowns. Collective."""
         first, last = self._matrix.getOwnershipRange()
         size, n = (last - first, PETSc.DETERMINE), last - first
         columns = np.stack([np.roll(np.arange(n), k * n // 2) for k in range(self._bodies)], axis=1)
@@ -94,7 +94,7 @@ class Readings:
 
 
 def _padded(starts: Array, columns: Array, weights: Array) -> tuple[Array, Array]:
-    """Columns and weights of rows of any lengths as arrays (rows, longest), filled with nothing."""
+    """Columns and weights of rows of varying length, padded to arrays (rows, longest)."""
     counts = np.diff(starts)
     there = np.arange(counts.max(initial=0)) < counts[:, None]
     number, weight = np.zeros(there.shape, dtype=columns.dtype), np.zeros(there.shape)

@@ -1,9 +1,8 @@
 """The heated surface of a conducting body, and points anywhere on it, on any rank.
 
-A point reads the temperature of the facet that it lies on by the facet's shape functions, and gives
-its heat to the facet's nodes with the same weights: the heat that leaves the interface is the heat
-that enters the body. Which rank has a point's facet is found from boxes around the ranks' parts of
-the surface; no rank knows the whole of it.
+A point reads the temperature of its facet by the facet's shape functions, and gives its heat to the
+facet's nodes with the same weights. All heat that leaves the interface enters the body. The rank of
+a point's facet is found from bounding boxes of the ranks' parts; no rank holds the whole surface.
 """
 
 from __future__ import annotations
@@ -19,15 +18,16 @@ from iceslide_fem.heat.equation import HeatEquation
 from iceslide_fem.heat.ranks import answered
 from iceslide_fem.runtime.arrays import Array, Index
 
-NEAREST = 4  # facets around a point that are looked at: whose boxes are nearest
-ENTRIES = 1_000_000  # of distances, at a time
-PASSES = 8  # of Newton's method for a place in a facet that is no parallelogram
-SAME = 1e-9  # of a box, to which distances are equal
+NEAREST = 4  # number of candidate facets of a point: those with the nearest boxes
+ENTRIES = 1_000_000  # distances computed at a time
+PASSES = 8  # Newton iterations for a position in a facet that is not a parallelogram
+SAME = 1e-9  # of a box: tolerance of equal distances
 
 
 class Reading(NamedTuple):
-    """How points read unknowns: numbers of the unknowns among those of all ranks, and weights,
-    which add up to 1, (n, nodes of a facet).
+    """Interpolation to points: global numbers of unknowns and weights (sum 1).
+
+    Both are (n, nodes of a facet).
     """
 
     number: NDArray[np.int64]
@@ -35,13 +35,13 @@ class Reading(NamedTuple):
 
 
 class HeatedSurface:
-    """The facets of `equation`'s body with a name, which lie in a plane; those of this rank.
+    """This rank's facets of a named plane surface of `equation`'s body.
 
-    numbers: unknowns of each facet among those of all ranks, (f, a).
+    numbers: global numbers of the unknowns of each facet, (f, a).
     """
 
     def __init__(self, equation: HeatEquation, name: str) -> None:
-        """The facets `name`, which lie in the plane of all axes but the last. Collective."""
+        """The facets `name`, in a plane normal to the last axis. Collective."""
         body, self._comm = equation.body, equation.comm
         mesh, dim = body.mesh, body.mesh.geometry.dim
         facets = body.facet_tags.find(body.tags[name])
@@ -65,8 +65,7 @@ class HeatedSurface:
         self._size = float(np.ptp(some, axis=(0, 1)).max())
 
     def read(self, points: Array) -> Reading:
-        """How this rank's `points` (n, axes), m, read the surface; from outside, its edge.
-
+        """Interpolation to this rank's `points` (n, axes), m; points outside read the edge.
         Collective.
         """
         comm = self._comm
@@ -84,7 +83,9 @@ class HeatedSurface:
         return Reading(number, weight)
 
     def _here(self, points: Array) -> tuple[Array, NDArray[np.int64], Array]:
-        """Of points (n, axes): how far (m) each is from this rank's nearest facet, and reads it."""
+        """Distance (m) of points (n, axes) from this rank's nearest facet, and the reading of
+        it.
+        """
         n, nodes = len(points), self._closures.shape[1]
         if not n or not len(self._corners):
             return np.full(n, np.inf), np.zeros((n, nodes), dtype=np.int64), np.zeros((n, nodes))
@@ -106,7 +107,7 @@ class HeatedSurface:
         return away[rows, best], self.numbers[facet], weight
 
     def _nearest(self, points: Array) -> Index:
-        """Facets (n, few) whose boxes are nearest to points (n, axes)."""
+        """Facets (n, few) with the nearest boxes to points (n, axes)."""
         few, chunk = min(NEAREST, len(self._corners)), max(ENTRIES // len(self._corners), 1)
         middles = 0.5 * (self._low + self._high)
         parts = []
@@ -119,7 +120,7 @@ class HeatedSurface:
 
 
 def _distance(points: Array, low: Array, high: Array) -> Array:
-    """Of points (n, axes) to boxes (m, axes), (n, m), m."""
+    """Distances (n, m), m, of points (n, axes) to boxes (m, axes)."""
     outside = np.maximum(np.maximum(low - points[:, None], points[:, None] - high), 0.0)
     return np.asarray(outside.max(axis=2))
 

@@ -1,14 +1,14 @@
-"""The heat equation of ice whose conductivity and heat capacity follow its temperature.
+"""The heat equation of ice with temperature-dependent conductivity and heat capacity.
 
     rho c(T) dT/dt = div(lambda(T) grad T)
 
-The heat state is the rise that the heat of an unknown would make at the initial capacity c_0,
+The heat state is the heat of an unknown over the initial capacity c_0,
 
     w = int c(T) / c_0 dT  from the initial temperature,
 
-so that heat is C_0 w and conserved, as the capacity is diagonal. Unknowns on the face of a layer
-below have the ice's fraction of their capacity so, and the other as it is. The conductivity in a
-stage is that at its start.
+The heat is C_0 w, and it is conserved because the capacity is diagonal. At the boundary to a layer
+below, only the ice's fraction of the capacity varies. The conductivity in a stage is that at its
+start.
 """
 
 from __future__ import annotations
@@ -25,18 +25,18 @@ from iceslide_fem.mesh.gmsh_model import DistributedMesh
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import Solid
 
-PASSES, CLOSE = 30, 1e-12  # of Newton's method for a rise, K
+PASSES, CLOSE = 30, 1e-12  # Newton iterations for a rise, and tolerance, K
 
 
 class Rows(NamedTuple):
-    """Values over temperature (K), straight between rows and held outside of them."""
+    """Values over temperature (K): linear between rows, constant outside."""
 
     kelvin: Array
     values: Array
 
     @classmethod
     def of(cls, given: float | Sequence[tuple[float, float]]) -> Rows:
-        """Rows of a scene's value, which may be a number."""
+        """Rows from a scene's value, a number or a table."""
         if not isinstance(given, Sequence):
             return cls(np.array([0.0, 1.0]), np.full(2, given))
         kelvin, values = zip(*given, strict=True)
@@ -60,7 +60,7 @@ class Rows(NamedTuple):
 
 
 class TabulatedHeat(HeatEquation):
-    """Layers of which the region `ice` has conductivity and heat capacity over temperature."""
+    """Layers whose region `ice` has temperature-dependent conductivity and heat capacity."""
 
     def __init__(
         self,
@@ -71,8 +71,8 @@ class TabulatedHeat(HeatEquation):
         rows: tuple[Rows, Rows],
         base: tuple[str, float] | None = None,
     ) -> None:
-        """Ice at `temperature` (K) at first; rows of its conductivity, W/(m K), and of its heat
-        capacity, J/(kg K). Collective.
+        """temperature: initial, of the ice, K; rows: of conductivity, W/(m K), and heat capacity,
+        J/(kg K), of the ice. Collective.
         """
         self._T_0 = temperature
         self._conductivity, self._heat_capacity = rows
@@ -90,7 +90,7 @@ class TabulatedHeat(HeatEquation):
         self._now: PETSc.Mat | None = None
 
     def heat_state(self, rise: Array) -> Array:
-        """Heat state (K): the rise that its heat would make at the initial capacity."""
+        """Heat state (K): the heat of a rise, over the initial capacity."""
         kelvin, first = self._T_0 + rise, np.array(self._T_0)
         heat = self._heat_capacity.integral(kelvin) - self._heat_capacity.integral(first)
         return np.asarray(self._share * heat / self._first + (1.0 - self._share) * rise)
@@ -101,7 +101,7 @@ class TabulatedHeat(HeatEquation):
         return np.asarray(self._share * relative + 1.0 - self._share)
 
     def rise(self, heat_state: Array) -> Array:
-        """Rise (K) of a heat state, by Newton's method: capacities change slowly."""
+        """Rise (K) of a heat state, by Newton's method; capacities vary slowly."""
         rise = heat_state.copy()
         for _ in range(PASSES):
             change = (heat_state - self.heat_state(rise)) / self.steepness(rise)

@@ -1,4 +1,4 @@
-"""The interface that a scene asks for: where films live, on which ice, where the points lie."""
+"""The interface of a scene: the film frame, the model of ice and rubber, the points' positions."""
 
 from __future__ import annotations
 
@@ -39,10 +39,10 @@ OnNodes = OnIce | AgedOnIce | CarryingOnIce
 
 
 def film_frame_of(block: Block, layers_for: float | None = None) -> Attached | OnRubber | OnNodes:
-    """Frame of the films below the block at its present displacements. Collective.
+    """The film frame of the block at its present displacements. Collective.
 
-    layers_for (s): what conducts heat has the layers of a run of that duration, and more below them
-    as the scene's duration wants; by default that is the same.
+    layers_for: duration (s) for which the layers of heat-conducting bodies are chosen. A longer
+    duration of the scene adds layers below them. By default it is the scene's duration.
     """
     ice, duration = block.scene.ice, block.scene.load.duration
     whole = block.scene.load.heated_for
@@ -66,7 +66,7 @@ def _attached_half_spaces(block: Block, duration: Array) -> Attached:
 def _attached_continuum(block: Block, duration: Array) -> Attached:
     points, footprint = _footprint(block)
     ice = continuum_of(block, patch_lines(block.scene, footprint), duration)
-    # The ice stays under the point of the rubber that it lies under at t = 0.
+    # Each piece of ice stays under the rubber point above it at t = 0.
     return _on_shared_ice(block, ice, ice.grid.place(points), duration)
 
 
@@ -82,7 +82,7 @@ def _attached_mesh(block: Block, duration: Array) -> Attached:
 
 
 def _on_own_ice(block: Block, below: Column | HalfSpace, duration: Array) -> Attached:
-    """Films on the rubber's points, each with ice of its own."""
+    """Films on the rubber's points, each with separate ice below it."""
     at, rubber = own_points(block.surface.n_points), rubber_columns(block.scene, duration)
     return Attached(block.law, OwnColumns(below), at, rubber)
 
@@ -90,7 +90,7 @@ def _on_own_ice(block: Block, below: Column | HalfSpace, duration: Array) -> Att
 def _on_shared_ice(
     block: Block, ice: Continuum | MeshedIce, at: Placement, duration: Array
 ) -> Attached:
-    """Films on the rubber's points, which lie `at` places of ice that they share."""
+    """Films on the rubber's points, placed `at` positions on one body of ice."""
     law, rubber = block.law, rubber_columns(block.scene, duration)
     if law.internal_at_start or not law.viscous or rubber is not INSULATED:
         return Attached(law, ice, at, rubber)
@@ -135,7 +135,7 @@ def _passing_mesh(block: Block, lines: list[Lines], heated: Array, nodal: bool) 
     return PassingMeshedIce(equation_of(block, lines, heated), grid, settings_of(block, heated))
 
 
-# Ice that is `heated` (s) below a window of these lines (m); nodal: films lie on its nodes.
+# Ice below a window with these grid lines (m), heated for `heated` (s); nodal: films on its nodes.
 PASSING: dict[str, Callable[[Block, list[Lines], Array, bool], PassingIce]] = {
     "column": _passing_columns,
     "continuum": _passing_continuum,
@@ -165,7 +165,7 @@ def _user_law_on_nodes(block: Block, ice: PassingIce, duration: Array) -> OnRubb
     return UserLawOnIce(law, ice, rubber_columns(block.scene, duration))
 
 
-# What lies on the nodes of passing ice: the films of a law, or its internal variables alone.
+# Films of a law, or its internal variables alone, on the nodes of sliding ice.
 ON_ICE: dict[type, Callable[[Block, PassingIce, Array], OnRubber | OnNodes]] = {
     FilmLaw: _films_on_nodes,
     LimitedFilm: _films_on_nodes,
@@ -176,7 +176,7 @@ ON_ICE: dict[type, Callable[[Block, PassingIce, Array], OnRubber | OnNodes]] = {
 
 
 def _rubber_over_grid(scene: Scene, grid: SurfaceGrid, duration: Array) -> RubberOverGrid | None:
-    """Rubber that takes heat from films on nodes of the ice, None where it takes none."""
+    """Rubber above films on nodes of the ice; None if the rubber takes no heat."""
     if not scene.rubber.heat:
         return None
     ice, solid = scene.ice, scene.rubber.solid
@@ -185,9 +185,9 @@ def _rubber_over_grid(scene: Scene, grid: SurfaceGrid, duration: Array) -> Rubbe
 
 
 def _footprint(block: Block) -> tuple[Array, list[tuple[float, float]]]:
-    """Horizontal positions of the points (n, d-1) and the ranges of what is in contact, m.
+    """Horizontal positions of the points (n, d-1), and the ranges of the contact area, m.
 
-    Points do not reach the edges: the facets' nodes count, too.
+    The ranges include the facets' nodes, because the points do not reach the edges.
     """
     surface, displacements = block.surface, block.rubber.displacements
     positions = surface.positions(displacements)

@@ -1,4 +1,4 @@
-"""SciPy's conjugate gradients for symmetric systems that are functions."""
+"""SciPy's conjugate gradients for symmetric matrix-free systems."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ Function = Callable[[Array], Array]
 def conjugate_gradients(
     system: Function, inverse: Function, load: Array, tolerance: float, iterations: int
 ) -> tuple[Array, bool]:
-    """The x (n,) with system(x) = load but for this fraction of the load, and whether it is found.
+    """Solve system(x) = load to a relative residual; x (n,), and whether it converges.
 
-    `inverse`: what preconditions.
+    inverse: the preconditioner.
     """
     n = load.size
     operator, near = (LinearOperator((n, n), one, dtype=float) for one in (system, inverse))

@@ -1,4 +1,4 @@
-"""What carries the film: the loads on it, and what the coupled step needs to know of it.
+"""The film frame: where films live, their loads, and the interface that the coupled step uses.
 
 There are three kinematics (docs/explanation/passing.md), in `on_rubber` and `on_ice`:
 
@@ -8,8 +8,8 @@ There are three kinematics (docs/explanation/passing.md), in `on_rubber` and `on
 | sliding    | ice          | nodes of the ice     | passes under the block, fresh ice enters    |
 | sliding    | rubber       | points of the rubber | passes under the block, fresh ice enters    |
 
-Carriers and models of heat are the same before and after a step: all that changes is in the
-states that they are given and give.
+Film frames and heat models hold no state. All that changes is in the states that they take and
+return.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ from iceslide_fem.runtime.arrays import Array, Index, Mask
 class ContactLoads:
     """The rubber's contact points at one end of a step; arrays (n,) but positions (n, d-1).
 
-    positions: horizontal, relative to the plate, m; offset: of the block on the ice's grid, m. Each
-    is one of its own, so that what follows from it need not be found twice.
+    positions: horizontal, relative to the plate, m; offset: of the block on the ice's grid, m.
+    Loads compare by identity, so data that follow from them can be cached.
     """
 
     positions: Array
@@ -47,13 +47,15 @@ class ContactLoads:
 
     @cached_property
     def touching(self) -> Array:
-        """Area where there is contact and 0 elsewhere, (n,), m2 (m in a slice)."""
+        """Area of the points in contact, 0 for the others, (n,), m2 (m in a slice)."""
         return np.where(self.pressure > 0.0, self.area, 0.0)
 
 
 class Shifted(NamedTuple):
-    """The interface after a shift of the window, the offset (m) that remains, and the water that
-    has left the window with the ice and that has come with ice, m3 (m2 in a slice), of all ranks.
+    """The interface after a shift of the window, and its water flows on all ranks.
+
+    state: film and ice; offset: that remains, m; left, brought: water that leaves and enters the
+    window with the ice, m3 (m2 in a slice).
     """
 
     state: InterfaceState
@@ -63,10 +65,10 @@ class Shifted(NamedTuple):
 
 
 class InterfaceStep(NamedTuple):
-    """Film and heat over a step: the step, what each film stands for (m2), loads at its end.
+    """Film and heat over a step: the step, the area of each film (m2), loads at its end.
 
-    ice, rubber: the bodies as the films met them; state: of all films at the
-    end of the step, which is that of those `at` these numbers: it changes no others.
+    ice, rubber: thermal responses of the bodies; at: numbers of the films that the step changes;
+    state: of all films at its end.
     """
 
     step: Step
@@ -78,27 +80,29 @@ class InterfaceStep(NamedTuple):
     at: Index | slice = slice(None)
 
     def local_error(self, scale: Array) -> Array:
-        """Relative local errors (n,) over the step; `scale` of temperatures, K."""
+        """Relative local errors (n,) over the step; `scale`: reference temperature, K."""
         return self.loads.local_error(self.step, self.ice, self.rubber, scale)
 
     def friction(self) -> Array:
-        """Size of the friction force (N) under each film at the end of the step."""
+        """Magnitude of the friction force of each film at the end of the step, N."""
         return self.area * self.loads.force(self.step)
 
     def change(self, before: InterfaceStep) -> Array:
-        """Relative change (n,) of the shear from that of another trial of the step."""
+        """Relative change (n,) of the shear from another trial, `before`, of the same step."""
         return self.loads.shear_change(self.state, before.state, self.ice)[self.at]
 
     def of_all(self, values: Array | Mask) -> Array:
-        """Values (n,) of the step's films among those of all films, of which the others have 0."""
+        """Values of all films from `values` of the step's films; 0 for the others."""
         every = np.zeros(self.state.log_height.size)
         every[self.at] = values
         return every
 
 
 class Rises(NamedTuple):
-    """Rises (K) above the initial temperature at all local dofs of quadratic spaces, ghosts
-    included: of the ice's mesh and of the rubber's, None where there is none that takes heat.
+    """Temperature rises (K) at all local dofs of the quadratic spaces, ghosts included.
+
+    They are above the initial temperature, in ice mesh and rubber mesh; None without a mesh that
+    conducts heat.
     """
 
     ice: Array | None = None
@@ -106,13 +110,13 @@ class Rises(NamedTuple):
 
 
 class Unmeshed:
-    """What ice without a finite element mesh says of one."""
+    """Members of `Ice` for ice without a finite element mesh."""
 
     equation, places = None, None
 
     @property
     def n_dofs(self) -> int:
-        """No unknowns of a mesh."""
+        """0: there is no mesh."""
         return 0
 
     def rises(self, heat_state: Array) -> Rises:
@@ -123,8 +127,8 @@ class Unmeshed:
 class Ice(Protocol):
     """The ice of a run. `initial` and the heat state are those of `IceHeat`.
 
-    nodes: of the surface, None where it has the rubber's points; n_dofs: temperature unknowns of a
-    mesh on all ranks, 0 without one.
+    nodes: of the surface, None if the rubber's points hold the heat state; n_dofs: temperature
+    unknowns of a mesh on all ranks, 0 without one.
     """
 
     @property
@@ -133,15 +137,15 @@ class Ice(Protocol):
 
     @property
     def n_dofs(self) -> int:
-        """Temperature unknowns of its mesh."""
+        """Number of temperature unknowns of its mesh."""
 
     @property
     def equation(self) -> HeatEquation | None:
-        """That of ice on a finite element mesh, whose unknowns are its heat state; else None."""
+        """Heat equation of meshed ice, whose unknowns are the heat state; else None."""
 
     @property
     def places(self) -> Array | None:
-        """Where the unknowns of a finite element mesh are, (n_own, d), m; None without one."""
+        """Positions of the unknowns of a finite element mesh, (n_own, d), m; None without one."""
 
     def rises(self, heat_state: Array) -> Rises:
         """Rises at the nodes of finite element meshes. Collective."""
@@ -150,30 +154,30 @@ class Ice(Protocol):
         """Heat state of ice at its initial temperature."""
 
     def under(self, contacts: Contacts) -> IceHeat:
-        """The ice as it answers below `contacts`."""
+        """The thermal response of the ice below `contacts`."""
 
     def profile(self, heat_state: Array) -> Profile | None:
-        """Temperature and heat below the surface; None of a closed form. Collective."""
+        """Temperature and heat below the surface; None for a closed form. Collective."""
 
     def saved(self, heat_state: Array) -> dict[str, Array]:
-        """What checkpoints keep of a heat state, (..., n) at the nodes. Collective."""
+        """Checkpoint arrays of a heat state, (..., n) at the nodes. Collective."""
 
     def restored(self, saved: Mapping[str, Array]) -> Array:
-        """Heat state of what was `saved`, also by ice that ended higher. Collective."""
+        """Heat state from `saved` arrays, also those of shallower ice. Collective."""
 
 
 class Kept(Protocol):
-    """Rubber whose heat state is kept in checkpoints, (..., n) at the points: that of `Column`."""
+    """Rubber whose heat state checkpoints save, (..., n) at the points, as of `Column`."""
 
     def saved(self, heat_state: Array) -> dict[str, Array]:
-        """What checkpoints keep of a heat state."""
+        """Checkpoint arrays of a heat state."""
 
     def restored(self, saved: Mapping[str, Array]) -> Array:
-        """Heat state of what was `saved`, also by rubber for shorter runs."""
+        """Heat state from `saved` arrays, also those of a shorter run."""
 
 
 class FilmFrame(Protocol):
-    """What the coupled step needs to know of the interface."""
+    """The interface between block and ice, as the coupled step uses it."""
 
     @property
     def ice(self) -> Ice:
@@ -181,11 +185,11 @@ class FilmFrame(Protocol):
 
     @property
     def rubber(self) -> Kept:
-        """The rubber's."""
+        """The rubber's heat model."""
 
     @property
     def nodes(self) -> OwnNodes | None:
-        """Nodes that carry the films; None if the rubber's points do."""
+        """Nodes that hold the films; None if the rubber's points do."""
 
     def start(self, film_height: float, n_points: int) -> InterfaceState:
         """Films of the initial height (m) on cold ice below `n_points` of the rubber."""
@@ -201,13 +205,13 @@ class FilmFrame(Protocol):
         """Advance films and ice by `dt` (s) while the rubber goes from `start` to `end`."""
 
     def sheared(self, state: InterfaceState, contact: ContactLoads) -> Sheared:
-        """Shear at the rubber's points on an interface in `state`. Collective."""
+        """The shear law at the rubber's points for an interface in `state`. Collective."""
 
     def film_height(self, state: InterfaceState, contact: ContactLoads) -> Array:
-        """Film height that shears the rubber at its points, (n,), m."""
+        """Film height at the rubber's points, (n,), m."""
 
     def at_points(self, values: Array, contact: ContactLoads) -> Array:
-        """Values that live where the films do, at the rubber's points, (n,)."""
+        """Values at the films, interpolated to the rubber's points, (n,)."""
 
     @property
     def internal_nodes(self) -> OwnNodes | None:
@@ -220,24 +224,25 @@ class FilmFrame(Protocol):
         """Temperature of the ice's surface at the rubber's points, (n,), K."""
 
     def reaches(self, contact: ContactLoads) -> bool:
-        """Whether there is ice below all points that touch, on this rank."""
+        """Whether there is ice below all touching points of this rank."""
 
     def water_moved(
         self, state: InterfaceState, start: ContactLoads, end: ContactLoads, sliding_distance: float
     ) -> tuple[InterfaceState, Array]:
-        """State after squeezed-out water has gone its way from `start` to `end`, and what of it was
-        wiped off at every film, (n,), m3 (m2 in a slice).
+        """State after squeezed-out water has moved from `start` to `end`, and the wiped water.
 
-        `sliding_distance`: the block's over the ice before, m.
+        Wiped water is that of each film, (n,), m3 (m2 in a slice). sliding_distance: of the block
+        over the ice at `start`, m.
         """
 
     def parts(self, contact: ContactLoads, part: Index, count: int) -> Array:
-        """What fraction of each film is below each part of the rubber, (count, n): its points have
-        the numbers `part`. Collective.
+        """Fraction of each film that is below each part of the rubber, (count, n). Collective.
+
+        part: number of the part to which each contact point belongs.
         """
 
     def water_areas(self, contact: ContactLoads) -> tuple[Array, Array]:
-        """What each film's squeezed-out height covers below the rubber, and beside it, m2."""
+        """Area of each film's squeezed-out water below the rubber, and beside it, m2."""
 
     def shift_window(self, state: InterfaceState, offset: float, distance: float) -> Shifted:
         """State and offset after the window has caught up with the block by whole cells.
@@ -249,6 +254,6 @@ class FilmFrame(Protocol):
 def fresh(
     law: InterfaceLaw, film_height: float, n: int, ice: Array, rubber: Array
 ) -> InterfaceState:
-    """`n` films of `film_height` (m), nothing squeezed out, on the contents of ice and rubber."""
+    """`n` films of `film_height` (m) without squeezed-out water, with given heat states."""
     log_height, squeezed, internal = law.initial(film_height, n)
     return InterfaceState(log_height, squeezed, ice, rubber, internal)

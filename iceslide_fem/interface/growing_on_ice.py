@@ -1,8 +1,8 @@
-"""Films on the ice's nodes below contact with a history, of its own age or of water that carries.
+"""Films on the ice's nodes under laws with a contact history: contact age, or water in voids.
 
-A piece of ice has a contact of its own. Points shear as contact without a history does, times what
-the history of the nodes around them makes of that, so that the friction power on both sides is the
-same to rounding.
+Each piece of ice has its own history. The shear at a point is the shear without history, times a
+factor from the history of the nodes around it. Points and nodes therefore have the same friction
+power to rounding.
 """
 
 from __future__ import annotations
@@ -29,15 +29,17 @@ class Growing(Nodal, Protocol):
     """Loads whose contact has a history."""
 
     def growth(self, state: FilmHistory) -> Array:
-        """tau in `state` over that without the history, (n,)."""
+        """Ratio of the shear in `state` to the shear without history, (n,)."""
 
 
 GrowingLoads = TypeVar("GrowingLoads", bound=Growing)
 
 
 class OnNodes(NamedTuple):
-    """Of this rank's nodes: which are covered, the loads without a history, pressure where a node
-    is in contact (Pa), and the mean over each node's cell of a value of the points.
+    """Data of this rank's nodes.
+
+    They are: a mask of covered nodes; the loads without history; the pressure where a node is in
+    contact, Pa; the cell mean of a value of the points.
     """
 
     covered: Mask
@@ -47,7 +49,7 @@ class OnNodes(NamedTuple):
 
 
 class FilmsBelowHistory(FilmsOnNodes[GrowingLoads]):
-    """Films on the ice's nodes, and the history of the contact above them."""
+    """Films on the ice's nodes with a contact history."""
 
     def sheared(self, state: InterfaceState, contact: ContactLoads) -> Sheared:
         """Shear under the films around each point. Collective."""
@@ -68,13 +70,15 @@ class FilmsBelowHistory(FilmsOnNodes[GrowingLoads]):
         return shear
 
     def _of_film(self, state: InterfaceState) -> InterfaceState:
-        """`state` with the internal variables of the film alone."""
+        """`state` with only the internal variables of the film."""
         return state
 
     def _scattered(
         self, contact: ContactLoads, loads: FilmLoads, pressure: Array, value: Array
     ) -> OnNodes:
-        """Loads, pressures (Pa) and a value of the points, (n,), on the nodes. Collective."""
+        """Loads, pressures (Pa) and `value` (n,) of the points, averaged to the nodes.
+        Collective.
+        """
         grid, touching = self.ice.grid, contact.touching
         amounts = np.stack([touching, touching * pressure, touching * value])
         area, force, amount = grid.scatter(amounts, place(grid, contact))[:, grid.own]

@@ -1,4 +1,4 @@
-"""The bodies that conduct heat below and above the films of a block: meshed, or in modes."""
+"""The heat-conducting bodies below and above the films of a block: meshed, or in modes."""
 
 from __future__ import annotations
 
@@ -24,20 +24,22 @@ from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.thermal_layers import HEATED_LAYERS
 
-# Of continuum ice, relative to the tolerance: the error of fewer modes than its mesh has; what is
-# between its points and it, of the resistance of the layers that the shortest heating reaches. 25
-# times that moves mu(t) by eight times the tolerance where points saturate
+# Continuum ice, relative to the tolerance: the error of dropped modes; the interface resistance
+# between points and ice, over the resistance of the layers that the shortest heating reaches. A 25
+# times larger interface resistance changes mu(t) by eight times the tolerance where points saturate
 # (docs/validation/accuracy.md).
 CONDENSED, INTERFACE_RESISTANCE = 0.005, 3e-4
-# How far (K) its points and it may disagree, relative to the tolerance. Much less closely found,
-# what single points give would be arbitrary: temperatures differ by as little over the resistance.
-# The stiffer that is, the more of them is rounding, by so much (K) over the tolerance.
+# Largest difference (K) between the temperatures of points and ice, relative to the tolerance. The
+# heat of a point follows from a temperature difference of this order over the resistance, so a
+# looser value makes it arbitrary. A smaller resistance raises the effect of rounding: this floor
+# (K) is divided by the tolerance.
 AGREEMENT, ROUNDING = 1e-2, 1e-11
 
 
 def equation_of(block: Block, surface: list[Lines], heated: Array) -> HeatEquation:
-    """Heat equation of ice that is `heated` (s) below these lines (m) of its surface, or of the
-    mesh of the user's own. Collective.
+    """Heat equation of ice below these grid lines (m), or of the user's mesh. Collective.
+
+    heated: times for which the ice is heated, s.
     """
     ice, comm = block.scene.ice, block.surface.comm
     body = gmsh_model.distribute_made(lambda: ice_body(block.scene, surface, heated), comm)
@@ -51,7 +53,7 @@ def equation_of(block: Block, surface: list[Lines], heated: Array) -> HeatEquati
 
 
 def meshed_rubber(block: Block) -> MeshedRubber:
-    """The block as it conducts heat in its own mesh. Collective."""
+    """The block as a body that conducts heat in its mesh. Collective."""
     rubber, body = block.scene.rubber, block.rubber.block
     plate = ("plate", 0.0) if rubber.plate == "held" else None
     properties = uniform(body.mesh, rubber.solid)
@@ -60,7 +62,7 @@ def meshed_rubber(block: Block) -> MeshedRubber:
 
 
 def settings_of(block: Block, heated: Array) -> Settings:
-    """Of meshed ice that is `heated` (s)."""
+    """Settings of meshed ice with these heating times `heated` (s)."""
     scene, solid = block.scene, block.scene.ice.solid
     tolerance, longest = scene.numerics.tolerance, float(np.max(heated))
     deep = HEATED_LAYERS * math.sqrt(solid.diffusivity * longest)
@@ -72,7 +74,7 @@ def settings_of(block: Block, heated: Array) -> Settings:
 
 
 def _shortest(scene: Scene, heated: Array) -> float:
-    """How long (s) some of the ice is heated, at least."""
+    """Shortest time (s) for which ice is heated."""
     shortest = float(np.min(heated))
     if scene.ice.motion == "sliding":
         (low, high), *_ = block_shape(scene).ranges
@@ -82,7 +84,7 @@ def _shortest(scene: Scene, heated: Array) -> float:
 
 
 def continuum_of(block: Block, surface: list[Lines], heated: Array) -> Continuum:
-    """Ice that is `heated` (s) below those lines of its surface."""
+    """Continuum ice below these grid lines (m), heated for `heated` (s)."""
     scene, comm = block.scene, block.surface.comm
     column = Column(scene.ice.temperature, heated, solid=scene.ice.solid)
     fraction, tolerance = _shortest(scene, heated) / float(np.max(heated)), scene.numerics.tolerance
@@ -92,5 +94,5 @@ def continuum_of(block: Block, surface: list[Lines], heated: Array) -> Continuum
 
 
 def agreement(tolerance: float) -> float:
-    """How far (K) points and continuum ice may disagree at a tolerance."""
+    """Largest allowed temperature difference (K) of points and continuum ice."""
     return max(AGREEMENT * tolerance, ROUNDING / tolerance)

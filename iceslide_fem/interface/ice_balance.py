@@ -1,8 +1,8 @@
-"""The balance of what ice takes in a stage and what points give to it.
+"""The heat balance between ice and contact points in an implicit stage.
 
-What points give falls with the temperature below them, steeply where they melt: the equations are
-the gradient of a convex function. Newton's method finds its least with a line search, each change
-by conjugate gradients.
+The heat from the points falls with the temperature below them, steeply where they melt. The
+equations are the gradient of a convex function. Newton's method with a line search finds its
+minimum; conjugate gradients solve each Newton step.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ from iceslide_fem.interface.shared_points import SharedPoints
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import NotConverged
 
-# Of the agreement of ice and film: how closely what the film gives is balanced in between.
+# Tolerance of the balance, relative to the agreement of ice and film.
 BALANCED, MAX_ITERATIONS = 0.1, 60
 LINEAR_TOLERANCE, LINEAR_ITERATIONS = 1e-3, 500
-# A line search: the fraction of the first slope that may be left of it, uphill; trials.
+# Line search: largest final slope over the first one; number of trials.
 ENOUGH, SEARCH_TRIALS = 0.1, 12
 NOT_FOUND = "the melting part of the ice's surface is not found"
 
 
 class Balance(NamedTuple):
-    """Temperatures (K) of the nodes and what the points give to them (W), shaped as the stage.
+    """Temperatures (K) of the nodes and heat from the points (W), both shaped as the stage.
 
-    depends: whether any of that has become another because of the temperature; changes: of those.
+    depends: whether the heat depends on the temperature; changes: number of Newton steps.
     """
 
     temperature: Array
@@ -39,13 +39,14 @@ class Balance(NamedTuple):
 
     @property
     def converged(self) -> bool:
-        """Whether the points give what they gave at first."""
+        """Whether the heat from the points is the first one."""
         return self.changes == 0
 
 
 class Lines(NamedTuple):
-    """What points give (W) near reference temperatures: the smaller of two
-    lines, a heat there less its fall (W/K) times how much warmer (K) it is; each (n,).
+    """Heat from points (W) near reference temperatures: the smaller of two linear functions.
+
+    Each is a heat at the reference minus its fall (W/K) times the rise (K); arrays (n,).
     """
 
     heat: Array
@@ -54,20 +55,22 @@ class Lines(NamedTuple):
     other_fall: Array
 
     def at(self, rise: Array) -> tuple[Array, Array]:
-        """Heat (W) where the points are by `rise` (K) warmer, and how it falls there (W/K)."""
+        """Heat (W) at a `rise` (K) above the reference, and its fall there (W/K)."""
         one, other = self.heat - self.fall * rise, self.other_heat - self.other_fall * rise
         return np.minimum(one, other), np.where(other < one, self.other_fall, self.fall)
 
     def heat_at(self, rise: Array) -> Array:
-        """Heat (W) where the points are by `rise` (K) warmer."""
+        """Heat (W) at a `rise` (K) above the reference."""
         return np.minimum(self.heat - self.fall * rise, self.other_heat - self.other_fall * rise)
 
 
 def balance(
     ice: SurfaceConduction, points: SharedPoints, lines: Lines, reference: Array, agreement: float
 ) -> Balance:
-    """The balance with these `lines` of all points, `reference` at temperatures (K) of the nodes:
-    those, where all agree by so much (K), else one within a fraction of it. Raises NotConverged.
+    """The balance with the `lines` of all points around `reference` temperatures (K).
+
+    The reference itself is the balance if all nodes agree within `agreement` (K). Otherwise the
+    balance is found to a fraction of it. Raises NotConverged.
     """
     temperature, depends, target = reference.ravel().copy(), False, agreement
     takes = ice.taken(temperature - ice.offset)
@@ -99,10 +102,10 @@ def balance(
 
 
 def _correction(ice: SurfaceConduction, bands: Array, load: Array) -> Array:
-    """The temperatures (K) at which conduction and the points' slopes take a `load` (W).
+    """Temperatures (K) at which conduction and the points' slopes take a `load` (W).
 
-    Preconditioned by the slopes' `bands` with the conduction of a mode in the middle: in short
-    stages all modes have nearly the same. Raises NotConverged.
+    The preconditioner is the slopes' band matrix with the conduction of a middle mode: in short
+    stages all modes conduct nearly the same. Raises NotConverged.
     """
     n, factor = load.size, bands.copy()
     factor[0] += ice.cell_area / ice.middle
@@ -132,12 +135,12 @@ def _correction(ice: SurfaceConduction, bands: Array, load: Array) -> Array:
 def _search(
     lines: Lines, rise: Array, moved: Array, first: float, alone: float, curvature: float
 ) -> float:
-    """The fraction of a change with which the minimum along it is near enough: where a full one has
-    gone well past it (points that melted do so no longer, and the next would undo it), the fraction
-    at which the slope is about zero, by false position (Illinois).
+    """Line search: the fraction of a Newton step at which the slope is about zero.
 
-    `first`: the slope at its start, < 0; without the points it is `alone` there and grows by
-    `curvature`. moved: change (K) of the points whose rise is `rise`.
+    The full step is taken unless it goes well past the minimum. Then points that melt stop melting,
+    and the next step would undo this one. The zero is found by false position (Illinois). first:
+    slope at the start, < 0; alone, curvature: slope there without the points, and its growth;
+    moved: change (K) of the points, whose rise is `rise`.
     """
     step_length, low, below, high, above = 1.0, 0.0, first, 1.0, 0.0
     for trial in range(SEARCH_TRIALS):

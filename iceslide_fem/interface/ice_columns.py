@@ -1,7 +1,7 @@
-"""Ice in columns: below each point of the rubber where it is attached, on a grid where it passes.
+"""Ice in columns: below each point of the rubber (attached ice), or on a grid (sliding ice).
 
 Longitudinal conduction is negligible at the Peclet numbers of a tread block (thousands), so every
-node of the surface has its own column, which is carried along with the passing ice.
+node of the surface has its own column. The column moves with the sliding ice.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from iceslide_fem.interface.window import shifted
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import BOTTOMLESS, ICE, Ground, Solid
 
-# Where points of the rubber carry the film, each is joined to the columns through this fraction of
-# a column's resistance: its flux is then a function of its temperature, and unique.
+# If films are on the rubber, each point is coupled to the columns through this fraction of a
+# column's resistance. The flux is then a unique function of the point's temperature.
 INTERFACE_RESISTANCE = 1e-3
-AGREEMENT = 1e-7  # K, of points and columns
+AGREEMENT = 1e-7  # K, between points and columns
 
 
 class OwnColumns(Unmeshed):
-    """Every point of the rubber has ice of its own: `model` below each; heat state: the model's."""
+    """Separate ice of one `model` below each point of the rubber. Heat state: the model's."""
 
     nodes: OwnNodes | None = None  # the points hold the heat state
 
@@ -41,19 +41,19 @@ class OwnColumns(Unmeshed):
         return self._model.initial(n_points)
 
     def under(self, contacts: Contacts) -> IceHeat:
-        """The ice below the points, wherever they lie."""
+        """The ice below the points, independent of their positions."""
         return self._model
 
     def saved(self, heat_state: Array) -> dict[str, Array]:
-        """The model's, at the points."""
+        """Checkpoint arrays of the model, at the points."""
         return self._model.saved(heat_state)
 
     def restored(self, saved: Mapping[str, Array]) -> Array:
-        """The model's."""
+        """Heat state of the model."""
         return self._model.restored(saved)
 
     def profile(self, heat_state: Array) -> Profile | None:
-        """Temperature and heat below the points; of the closed form none is known."""
+        """Temperature and heat below the points; None for the closed form."""
         if not isinstance(self._model, Column):
             return None
         column = self._model
@@ -74,13 +74,13 @@ class GridColumns(Unmeshed, Column):
         solid: Solid = ICE,
         ground: Ground = BOTTOMLESS,
     ) -> None:
-        """Ice at `temperature` (K); `duration` (s) that any of it is heated or watched."""
+        """Ice at `temperature` (K); `duration` (s): time for which it is heated or observed."""
         super().__init__(temperature, duration, solid=solid, ground=ground)
         self.grid = grid
         self.nodes = grid.nodes
 
     def under(self, contacts: Contacts) -> GridColumns:
-        """The same: the films lie on the nodes."""
+        """This object: the films lie on the nodes."""
         return self
 
     def profile(self, heat_state: Array) -> Profile:
@@ -102,7 +102,7 @@ class GridColumns(Unmeshed, Column):
 class GridColumnsUnderPoints(GridColumns):
     """Columns below a surface grid, heated by films on points that move over it.
 
-    Points share the columns around them, so their fluxes are found together.
+    Points share the columns around them, so their fluxes are solved together.
     """
 
     def __init__(
@@ -118,7 +118,7 @@ class GridColumnsUnderPoints(GridColumns):
         self._surface = IceSurface(grid, solid)
 
     def under(self, contacts: Contacts) -> GridColumnsUnderPoints:
-        """The same ice as it answers below `contacts`. Collective."""
+        """The thermal response of this ice below `contacts`. Collective."""
         below = copy(self)
         below._surface = self._surface.under(contacts)
         return below
@@ -129,7 +129,7 @@ class GridColumnsUnderPoints(GridColumns):
 
     def stage(self, start: Array, dt: Array | float, film: Film) -> tuple[Array, FilmStage]:
         """One implicit stage of all columns together. Collective. Raises NotConverged."""
-        grid, resistance = self.grid, float(self.resistance(dt)[0])  # one for all
+        grid, resistance = self.grid, float(self.resistance(dt)[0])  # equal in all columns
         offset = grid.allgather(self.response(start, dt).offset)
         stage = StageSurface(offset, np.full(grid.n_nodes, resistance))
         interface_resistance = INTERFACE_RESISTANCE * resistance

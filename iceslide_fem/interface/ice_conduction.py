@@ -1,8 +1,8 @@
-"""What ice takes within an implicit stage where its surface is warmer than without heat.
+"""Linear response of the ice's surface in an implicit stage.
 
-The surface's temperatures are an offset and a known, symmetric response to the heat that its nodes
-are given: diagonal in the modes of ice that conducts along it (`ice_modes`), or of each column
-alone.
+The surface temperature is an offset plus a symmetric response to the heat of its nodes. The
+response is diagonal in the lateral modes (`ice_modes`), or in the columns without lateral
+conduction.
 """
 
 from __future__ import annotations
@@ -16,8 +16,10 @@ from iceslide_fem.runtime.arrays import Array
 
 
 class StageSurface(NamedTuple):
-    """The surface in a stage. offset: temperatures of its nodes without heat, K; resistance: of the
-    lateral modes, or of the columns, K m2/W; both of the grid's shape, or one after the other.
+    """The surface in a stage.
+
+    offset: nodal temperatures without heat, K; resistance: of the lateral modes, or of the columns,
+    K m2/W. Both have the grid's shape, or are flattened.
     """
 
     offset: Array
@@ -34,8 +36,8 @@ class SurfaceConduction:
         shape: tuple[int, ...],
         modes: SurfaceModes | None,
     ) -> None:
-        """`cell_area` of the nodes, m2; `shape` of the grid. Without `modes` nothing is conducted
-        along it.
+        """cell_area: of the nodes, m2; shape: of the grid; modes: None without lateral
+        conduction.
         """
         self.stage, self.cell_area, self._modes, self._shape = stage, cell_area, modes, shape
         self.offset = stage.offset.ravel()
@@ -44,14 +46,14 @@ class SurfaceConduction:
         self.middle, self.most = float(np.sqrt(ends[0] * ends[1])), ends[1]  # resistances, K m2/W
 
     def taken(self, rise: Array) -> Array:
-        """Heat (W) that the ice takes where its surface is by `rise` (K) above the offset."""
+        """Heat (W) that the ice takes at a surface `rise` (K) above the offset."""
         if self._modes is None:
             return self.cell_area / self.resistance.ravel() * rise
         amplitudes = self._modes.amplitudes(rise.reshape(self._shape))
         return self._modes.loads(amplitudes / self.resistance).ravel()
 
     def warmed(self, heat: Array) -> Array:
-        """How far (K) the surface is above the offset where the ice takes the `heat` (W)."""
+        """Rise (K) of the surface above the offset at a `heat` (W) into the ice."""
         if self._modes is None:
             return self.resistance.ravel() / self.cell_area * heat
         amplitudes = self._modes.load_amplitudes(heat.reshape(self._shape))

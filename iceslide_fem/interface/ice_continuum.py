@@ -1,14 +1,14 @@
 """Heat conduction in the meshed ice below the contact: the `continuum` model.
 
 The contact points lie anywhere on the ice's surface. Every rank knows the surface's grid: points
-read their temperature from it by (bi)linear interpolation and give their heat to the same nodes
-with the same weights, so that the heat that leaves the interface is the heat that enters the ice.
+read their temperature from it by (bi)linear interpolation, and give their heat to the same nodes
+with the same weights. All heat that leaves the interface enters the ice.
 
-The ice is a `Column` below every node of that grid, with conduction along the surface between
-them: its modes are products of the column's and of those of lines (`ice_modes`). The heat state is
-the modes' amplitudes, which all ranks have: between two steps nothing but their decay has to be
-found. Within an implicit stage the surface's temperatures are an offset and a known, symmetric
-response to the heat that they are given; what has to be iterated is the film on the surface alone.
+The ice is a `Column` below every node of the grid, with lateral conduction between columns. Its
+modes are products of the column's modes and of lateral modes (`ice_modes`). The heat state is the
+modal amplitudes, which all ranks hold. Each mode decays exactly over a step. In an implicit stage
+the surface temperature is an offset plus a known, symmetric response to the heat of the nodes. Only
+the film on the surface has to be iterated.
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ from iceslide_fem.runtime.arrays import Array
 class Continuum(Unmeshed):
     """Heat equation in the ice below a grid on its surface.
 
-    grid: that of the surface, whose `nodes` the ranks share evenly. Heat state: lateral amplitudes
-    of what the column's modes hold (J/m2, as `Column` has them), (n_modes, *shape of the grid), on
-    all ranks. No heat passes the sides.
+    grid: of the surface; the ranks share its `nodes` evenly. Heat state: lateral amplitudes of the
+    column's modal amplitudes (J/m2, see `Column`), (n_modes, *shape of the grid), on all ranks. The
+    sides are insulated.
     """
 
     def __init__(
@@ -46,14 +46,12 @@ class Continuum(Unmeshed):
         interface_resistance: float,
         agreement: float,
     ) -> None:
-        """Ice of which a `column` is below each node of the lines of x (and y) on its `surface`, m;
-        without points yet.
+        """Ice with a `column` below each node of the grid of `surface` lines in x (and y), m.
 
-        interface_resistance: points are joined to it through this fraction of the column's
-        resistance, so that the flux of a point that melts is a function of its temperature, and
-        unique. It is the same in all stages: what is held at T_m in one has its temperature in the
-        next. agreement: how far (K) the nodes may be from what ice has that takes what the points
-        give; no heat is lost.
+        interface_resistance: resistance between points and ice, as a fraction of the column's. With
+        it the flux of a melting point is a unique function of its temperature. It is equal in all
+        stages, so a point held at T_m in one stage is at T_m in the next. agreement: largest
+        difference (K) of nodal temperatures from the response to the points' heat; no heat is lost.
         """
         self._column, self._solid = column, column.solid
         self._weights = column.surface**2
@@ -69,7 +67,7 @@ class Continuum(Unmeshed):
 
     @property
     def n_dofs(self) -> int:
-        """Temperature unknowns on all ranks: nodes of the mesh, which has fewer modes."""
+        """Temperature unknowns on all ranks: nodes of the mesh. The modes are fewer."""
         return self.grid.n_nodes * self._column.depths.size
 
     def initial(self, n_points: int) -> Array:
@@ -77,7 +75,7 @@ class Continuum(Unmeshed):
         return np.zeros(self.rates.shape)
 
     def under(self, contacts: Contacts) -> Continuum:
-        """The same ice as it answers below `contacts`. Collective."""
+        """The thermal response of this ice below `contacts`. Collective."""
         below = copy(self)
         below._surface = self._surface.under(contacts)
         return below
@@ -118,11 +116,11 @@ class Continuum(Unmeshed):
         return Profile(column.depths, kelvin, heat, self.grid)
 
     def saved(self, heat_state: Array) -> dict[str, Array]:
-        """What checkpoints keep, the column's: T - T_0 below this rank's nodes of the surface."""
+        """Checkpoint arrays of the column: T - T_0 below this rank's surface nodes."""
         return self._column.saved(self._columns(heat_state)[:, self.grid.own])
 
     def restored(self, saved: Mapping[str, Array]) -> Array:
-        """Heat state of what was `saved`, also by shallower ice: below is cold. Collective."""
+        """Heat state from `saved` arrays; ice below a shallower one is cold. Collective."""
         columns = self.grid.allgather(self._column.restored(saved))
         return self.modes.amplitudes(columns.reshape(self.rates.shape))
 
@@ -131,10 +129,10 @@ class Continuum(Unmeshed):
         return self.modes.values(heat_state).reshape(len(heat_state), -1)
 
     def _per_heat(self, heat_state: Array) -> Array:
-        """What `heat_state` (n_modes, ...) adds to the temperature of the surface, K, (...)."""
+        """Surface temperature rise of `heat_state` (n_modes, ...), K, (...)."""
         shape = heat_state.shape[1:]
         return np.asarray(self._weights @ heat_state.reshape(self._weights.size, -1)).reshape(shape)
 
     def _at_surface(self, heat_state: Array) -> Array:
-        """Temperature (K) at the surface's nodes, of its shape."""
+        """Temperature (K) at the surface's nodes, shaped as the grid."""
         return self._column.temperature + self.modes.values(self._per_heat(heat_state))

@@ -1,7 +1,7 @@
-"""Ice on a mesh of gmsh's, whose heat equation DOLFINx assembles: the `mesh` model.
+"""Ice on a gmsh mesh, with the heat equation assembled by DOLFINx: the `mesh` model.
 
-Films give their heat to the surface's facets and read them with the same weights. Every rank has
-its own part of the ice, and of points what lies on it; what crosses goes by PETSc.
+Films give their heat to the surface's facets and read them with the same weights. Each rank has a
+part of the ice and a part of the points. PETSc exchanges values between them.
 """
 
 from __future__ import annotations
@@ -28,8 +28,10 @@ from iceslide_fem.scene.materials import Solid
 
 
 class Settings(NamedTuple):
-    """solid and temperature (K) of ice at first; interface_resistance (K m2/W) between it and its
-    points (see `heat.contact`); agreement (K) of both (see `Balance`).
+    """Settings of meshed ice.
+
+    solid, temperature: material and initial temperature (K); interface_resistance: between ice and
+    points, K m2/W (see `heat.contact`); agreement: of both, K (see `Balance`).
     """
 
     solid: Solid
@@ -41,7 +43,7 @@ class Settings(NamedTuple):
 class MeshedIce:
     """Ice that stays below the rubber. Heat state: rises of this rank's unknowns, (n_own,), K."""
 
-    nodes: OwnNodes | None = None  # no grid has the unknowns
+    nodes: OwnNodes | None = None  # the heat state is not on a grid
 
     def __init__(
         self,
@@ -49,7 +51,7 @@ class MeshedIce:
         settings: Settings,
         others: Sequence[HeatEquation] = (),
     ) -> None:
-        """Ice without points yet, balanced together with `others`. Collective."""
+        """Ice without points, in one heat balance with the `others`. Collective."""
         self.equation: HeatEquation = equation
         self._surface = HeatedSurface(equation, "surface")
         self._bodies = Bodies([equation, *others])
@@ -63,16 +65,16 @@ class MeshedIce:
         return self.equation.n_dofs
 
     def place(self, points: Array) -> Placement:
-        """Where points (n, d-1), m, lie: unknowns of the surface, by number. Collective."""
+        """Placement of points (n, d-1), m, among the surface's unknowns. Collective."""
         reading = self._surface.read(points)
         return Placement(reading.number.astype(np.int32), reading.weight)
 
     def initial(self, n_points: int) -> Array:
-        """Ice at its initial temperature, whatever the number of points."""
+        """Ice at its initial temperature, for any number of points."""
         return self._bodies.initial()
 
     def under(self, contacts: Contacts) -> MeshedIce:
-        """The same ice as it answers below `contacts`. Collective."""
+        """The thermal response of this ice below `contacts`. Collective."""
         below = copy(self)
         contact = AboveIce(contacts.area, self._settings.solid, self._settings.interface_resistance)
         meeting = self._recent.of(contacts.at).among(contacts.points)
@@ -89,7 +91,7 @@ class MeshedIce:
 
     @property
     def places(self) -> Array:
-        """Where this rank's unknowns are, (n_own, d), m."""
+        """Positions of this rank's unknowns, (n_own, d), m."""
         return self.equation.x
 
     def rises(self, heat_state: Array) -> Rises:
@@ -101,28 +103,28 @@ class MeshedIce:
         return self.equation.heat(heat_state)
 
     def unknowns(self, at: Placement) -> Reading:
-        """How the points `at` their places read the ice: by its unknowns' numbers."""
+        """Interpolation from the ice's unknowns to points placed `at`."""
         return Reading(at.node.astype(np.int64), at.weight)
 
     def _meeting(self, at: Placement) -> Meeting:
-        """How films meet the bodies at points `at` their places. Collective."""
+        """Thermal contact of films and bodies at points placed `at`. Collective."""
         meeting = self._met(self.unknowns(at))
-        # PETSc frees what Python has let go of only when all ranks ask for it together.
+        # PETSc frees objects that Python has deleted only in a collective call.
         PETSc.garbage_cleanup(self._bodies.conduction.getComm())
         return meeting
 
     def _met(self, below: Reading) -> Meeting:
-        """How films meet the ice that they read so. Collective."""
+        """Thermal contact of films and ice with the interpolation `below`. Collective."""
         return self._balance.meeting(Readings(self._bodies.reading(below)))
 
     def profile(self, heat_state: Array) -> Profile | None:
-        """None: there is a mesh instead."""
+        """None: the mesh has the temperatures."""
         return None
 
     def saved(self, heat_state: Array) -> dict[str, Array]:
-        """What checkpoints keep, at this rank's unknowns."""
+        """Checkpoint arrays at this rank's unknowns."""
         return {"rise": heat_state}
 
     def restored(self, saved: Mapping[str, Array]) -> Array:
-        """Heat state of what was `saved`."""
+        """Heat state from `saved` arrays."""
         return saved["rise"]

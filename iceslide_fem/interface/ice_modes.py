@@ -1,4 +1,4 @@
-"""Modes of heat conduction along the surface of the ice: what diagonalises it there.
+"""Lateral modes of heat conduction in the ice, which diagonalise conduction along its surface.
 
 With the capacity of linear elements lumped along x and y, capacity and conduction of a grid are
 sums of Kronecker products of the matrices of its lines (C lumped, K stiffness) and of those of a
@@ -7,10 +7,10 @@ column of ice (M, A),
     capacity   = Cx Cy M
     conduction = alpha (Kx Cy M + Cx Ky M) + Cx Cy A,
 
-so that the modes of each line, K f = m C f along x and y and those of the column along z,
-diagonalise both at once (Lynch, Rice and Thomas, Numer. Math. 6 (1964) 185): an implicit stage is
-a product with a small matrix along each axis, there and back, and one division per mode. Nodes
-beside a sudden flux, as ahead of a leading edge, are not cooled by it, which lumping is for.
+The modes of each line, K f = m C f along x and y, and those of the column along z diagonalise both
+at once (Lynch, Rice and Thomas, Numer. Math. 6 (1964) 185). An implicit stage is a product with a
+small matrix along each axis, one division per mode, and the products back. Lumping prevents the
+cooling of nodes beside a sudden flux, such as ahead of a leading edge.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def line_modes(line: Array) -> LineModes:
         nodes = slice(first, first + 2)
         stiffness[nodes, nodes] += np.array([[1.0, -1.0], [-1.0, 1.0]]) / width
     rates, vectors = eigh(stiffness, np.diag(mass))
-    rates[0] = 0.0  # uniform warmth does not decay: exactly, so that heat is conserved
+    rates[0] = 0.0  # exactly zero: a uniform temperature does not decay, so heat is conserved
     return LineModes(vectors, vectors.T * mass, rates)
 
 
@@ -69,15 +69,15 @@ class SurfaceModes:
         return _along_axes([modes.vectors for modes in self.lines], amplitudes)
 
     def load_amplitudes(self, loads: Array) -> Array:
-        """What loads (W, say) at the nodes are to each mode."""
+        """Modal loads of nodal loads (W, for example)."""
         return _along_axes([modes.vectors.T for modes in self.lines], loads)
 
     def loads(self, amplitudes: Array) -> Array:
-        """Loads at the nodes that are these amplitudes to the modes."""
+        """Nodal loads of modal loads."""
         return _along_axes([modes.inverse.T for modes in self.lines], amplitudes)
 
 
 def _along_axes(matrices: Sequence[Array], values: Array) -> Array:
-    """`values` with each of the last axes multiplied by a matrix of its own."""
+    """`values` with each of the last axes multiplied by its matrix."""
     last = values @ matrices[-1].T
     return np.asarray(last if len(matrices) == 1 else matrices[0] @ last)

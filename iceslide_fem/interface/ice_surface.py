@@ -1,8 +1,8 @@
-"""The surface of ice on a grid within an implicit stage, and points anywhere on it that give heat.
+"""The surface of ice on a grid in an implicit stage, heated by points anywhere on it.
 
-It begins with a guess of which nodes melt (`melting_guess`); what points give there and what the
-ice takes is balanced (`ice_balance`), and the films are evaluated again, until both agree. Every
-rank does the same for the points of all.
+The iteration starts from a guess of the melting nodes (`melting_guess`). The heat balance of points
+and ice is then solved (`ice_balance`), and the films are evaluated again, until both agree. Every
+rank does the same computation for the points of all ranks.
 """
 
 from __future__ import annotations
@@ -23,19 +23,20 @@ from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import NotConverged
 from iceslide_fem.scene.materials import Solid
 
-# Full changes find what films give in a few requests; where they cycle, half of each does.
+# Full updates converge in a few evaluations of the films. Half updates converge where full ones
+# cycle.
 FULL_CHANGES, MAX_REQUESTS = 12, 60
 
 
 def fluxes(
     film: FilmStage, reference: Array, area: Array, interface_resistance: float, T_m: float
 ) -> Array:
-    """Heat (W) that points give to ice near the `reference` temperatures (K) below them.
+    """Linearised heat (W) from points to ice, near `reference` temperatures (K) below them.
 
-    Each gives the smaller of two lines, a heat there less its fall (W/K) times how much warmer (K)
-    it is: heat, fall, other heat, other fall, (n, 4). A film of one viscosity below rubber that
-    takes no heat keeps to them: it gives all its power, or what holds the ice at T_m through the
-    interface_resistance (K m2/W).
+    The heat of a point is the smaller of two linear functions, each a heat at the reference minus
+    its fall (W/K) times the rise (K): heat, fall, other heat, other fall, (n, 4). They are exact
+    for a film of constant viscosity below insulated rubber. Such a film gives all its power, or the
+    heat that holds the ice at T_m through the interface_resistance (K m2/W).
     """
     conductance, lines = area / interface_resistance, np.empty((area.size, 4))
     np.multiply(area, film.ice_flux, out=lines[:, 0])
@@ -48,11 +49,11 @@ def fluxes(
 
 
 class IceSurface:
-    """The surface of ice with points `under` which it answers."""
+    """The surface of ice, and its response below points."""
 
     def __init__(self, grid: SurfaceGrid, solid: Solid, modes: SurfaceModes | None = None) -> None:
-        """Without `modes` nothing is conducted along the `grid`. Nothing touches it yet. at: where
-        its points lie. Collective.
+        """modes: None without lateral conduction along the `grid`. at: placement of its points,
+        none at first. Collective.
         """
         self._grid, self._solid = grid, solid
         self._modes = modes
@@ -79,12 +80,12 @@ class IceSurface:
         interface_resistance: float,
         agreement: float,
     ) -> tuple[Array, FilmStage]:
-        """What the points give to the nodes (W, shaped as the stage), and the film. Collective.
+        """Heat from the points to the nodes (W, shaped as the stage), and the film. Collective.
 
-        Where a point melts (or the rubber takes heat, too), its flux depends on the temperature:
-        ice and the film's `fluxes` are balanced, and the film is evaluated again at the
-        temperatures found, until both agree within so much (K). The first time it is evaluated at
-        those of a guess, from those `before` the stage and what friction makes there.
+        The flux of a point depends on the temperature if it melts or if the rubber takes heat. The
+        heat balance of ice and `fluxes` is then solved, and the film is evaluated again at the new
+        temperatures, until both agree within `agreement` (K). The first evaluation is at a guess,
+        from the temperatures `before` the stage and the friction power there.
 
         interface_resistance: between points and ice, K m2/W. Raises NotConverged.
         """
@@ -105,7 +106,7 @@ class IceSurface:
             damping = 1.0 if iteration < FULL_CHANGES or not balance.depends else 0.5
             temperature = temperature + damping * (balance.temperature - temperature)
             reference, below = below, grid.interpolate(temperature.ravel(), at)
-            if not balance.depends:  # the film would say the same again, but for this
+            if not balance.depends:  # the film would not change, except for this
                 dry = result.dry_temperature + (below - reference)
                 return balance.given, result._replace(dry_temperature=dry)
         raise NotConverged(NOT_FOUND)
@@ -113,15 +114,16 @@ class IceSurface:
     def melting_guess(
         self, inside: SurfaceConduction, before: Array, power: Array, interface_resistance: float
     ) -> Array:
-        """Temperature (K) of the nodes, shaped as that `before` the stage (`melting_guess`)."""
+        """Guess of the nodal temperatures (K), shaped as `before` the stage (`melting_guess`)."""
         T_m = self._solid.melting_temperature
         return melting_guess(inside, self.points, power, before, interface_resistance, T_m)
 
     def balanced(
         self, inside: SurfaceConduction, fluxes: Array, reference: Array, agreement: float
     ) -> Balance:
-        """The balance with these `fluxes` of all points (N, 4), `reference` at temperatures (K) of
-        the nodes (`ice_balance.balance`). Raises NotConverged.
+        """The balance with `fluxes` of all points (N, 4) around `reference` temperatures (K).
+
+        See `ice_balance.balance`. Raises NotConverged.
         """
         return balance(inside, self.points, Lines(*fluxes.T), reference, agreement)
 

@@ -1,12 +1,11 @@
-"""Which nodes of the ice melt in a stage: a guess from what friction makes before it.
+"""Guess of the melting nodes of the ice in a stage, from the friction power before it.
 
-No node gets warmer than T_m, and none takes more heat g than friction makes around it:
+No node is warmer than T_m, and none takes more heat g than the friction power P around it:
 
     T = T_offset + R g,   T <= T_m,   g <= P,   one of them equal at every node.
 
-Dozens of points lie around each node: from there, what they give is found in fewer changes of the
-melting set. Where nodes melt, the interface resistance of the points says how far from T_m they
-are: by as much as it takes to pass their flux on.
+Dozens of points lie around each node. This guess reduces the number of changes of the melting set.
+A melting node is below T_m by the flux of its points times the interface resistance.
 """
 
 from __future__ import annotations
@@ -18,11 +17,11 @@ from iceslide_fem.interface.ice_conduction import SurfaceConduction
 from iceslide_fem.interface.shared_points import SharedPoints
 from iceslide_fem.runtime.arrays import Array, Mask
 
-# How closely (K) a guess is found, and in how many iterations: it may be left as it is.
+# Tolerance (K) of the guess, and largest number of iterations. It need not converge.
 CLOSE, GUESS_ITERATIONS = 1e-4, 12
 GUESS_TOLERANCE, GUESS_LINEAR_ITERATIONS = 1e-4, 30
-# How often points share out what a node takes, the fraction of weights between nodes that melt (1,
-# but for rounding), and of the area around a node that melts at least.
+# Number of iterations that distribute the heat of a node over its points; least weight between
+# melting nodes (1 but for rounding); least melting fraction of the area around a node.
 FILLINGS, BETWEEN, LEAST_MELTING = 3, 0.999, 0.1
 
 
@@ -34,10 +33,9 @@ def melting_guess(
     interface_resistance: float,
     T_m: float,
 ) -> Array:
-    """Temperature (K) of the nodes, shaped as that `before` the stage.
+    """Guess of the nodal temperatures (K), shaped as `before` the stage.
 
-    power: of the friction at all points, W, and the area of each, m2, (N, 2); interface_resistance:
-    K m2/W.
+    power: friction power (W) and area (m2) of all points, (N, 2); interface_resistance: K m2/W.
     """
     made, area = (points.gives @ power).T
     most, rise = T_m - ice.offset, before.ravel() - ice.offset
@@ -52,10 +50,10 @@ def melting_guess(
 def _limited(
     ice: SurfaceConduction, power: Array, most: Array, rise: Array
 ) -> tuple[Mask, Array, Array]:
-    """Which nodes are held at `most` (K), the rise (K) of all and the heat (W) that they take.
+    """Mask of the nodes held at `most` (K), and rise (K) and heat (W) of all nodes.
 
-    A primal-dual active set (M. Hintermueller, K. Ito, K. Kunisch, SIAM J. Optim. 13 (2002) 865),
-    from the nodes that were within CLOSE of it.
+    Primal-dual active set method (M. Hintermueller, K. Ito, K. Kunisch, SIAM J. Optim. 13 (2002)
+    865). It starts from the nodes within CLOSE of `most`.
     """
     held = (power > 0.0) & (rise >= most - CLOSE)
     for _ in range(GUESS_ITERATIONS):
@@ -69,11 +67,10 @@ def _limited(
 
 
 def _beside(ice: SurfaceConduction, held: Mask, power: Array, rise: Array) -> tuple[Array, Array]:
-    """Rise (K) of nodes that take the `power` (W) but where they are `held` at what `rise` is now,
-    and the heat (W) that all take, by conjugate gradients.
+    """Rise (K) and heat (W) of all nodes, by conjugate gradients.
 
-    In short stages, in which heat does not get far along the surface, all modes conduct nearly the
-    same, and the cells' areas precondition them.
+    Nodes that are `held` keep their `rise`; the others take the `power` (W). In short stages all
+    modes conduct nearly the same, so the cell areas are the preconditioner.
     """
     if not held.any():
         return ice.warmed(power), power
@@ -98,11 +95,11 @@ def _beside(ice: SurfaceConduction, held: Mask, power: Array, rise: Array) -> tu
 def _flux_of_melting(
     points: SharedPoints, power: Array, area: Array, heat: Array, held: Mask
 ) -> Array:
-    """Flux (W/m2) that melting points give around nodes that are `held` and take the `heat` (W).
+    """Flux (W/m2) of melting points around nodes that are `held` and take the `heat` (W).
 
-    Points between such nodes melt, but for those whose friction makes less than the flux: they give
-    all of it, as the others do, and what then is missing those that melt give. area: of all points
-    around the nodes, m2.
+    Points between held nodes melt, unless their friction power is below this flux. All other points
+    give their whole friction power. The melting points give the rest of the heat. area: of all
+    points around the nodes, m2.
     """
     makes, areas = power.T
     between = points.reads @ held.astype(float) > BETWEEN

@@ -1,4 +1,4 @@
-"""Films on the ice's nodes, over which the rubber's points move."""
+"""Films on nodes of the ice; the rubber's points move over them."""
 
 from __future__ import annotations
 
@@ -28,20 +28,21 @@ class Nodal(Loads, Protocol):
     """Loads of films on nodes."""
 
     def completed(self, covered: Mask, other: Self) -> Self:
-        """Loads at one end of a step, with what the `other` has where nodes are not `covered`."""
+        """Loads at one end of a step; nodes not `covered` have values of the `other` end."""
 
     def of(self, state: InterfaceState) -> FilmLoads:
-        """The film's loads in `state`."""
+        """Film loads for a `state`."""
 
 
 NodeLoads = TypeVar("NodeLoads", bound=Nodal)
 
 
 class FilmsOnNodes(ABC, Generic[NodeLoads]):
-    """Films on the ice's nodes: they enter under the leading edge with h0 and are left behind.
+    """Films on the ice's nodes: they enter at the leading edge with h0 and leave at the trailing
+    one.
 
-    Loads are averaged over the points of the rubber with the same weights with which the points
-    read 1/h from the nodes, so that the friction power on both sides is the same to rounding.
+    Points read 1/h from the nodes with interpolation weights. Nodes average the loads of the points
+    with the same weights. The friction power on both sides is therefore equal to rounding.
     """
 
     def __init__(
@@ -52,9 +53,8 @@ class FilmsOnNodes(ABC, Generic[NodeLoads]):
         rubber: RubberOverGrid | InsulatedOverGrid | None = None,
         water_speed: float = 1.0,
     ) -> None:
-        """`film_height` (m) is that of fresh ice; no `rubber` takes no heat.
-
-        `water_speed` is that of squeezed-out water, a fraction of the sliding speed (see `water`).
+        """film_height: of fresh ice, m; rubber: None if it takes no heat; water_speed: speed of
+        squeezed-out water over the sliding speed (see `water`).
         """
         self.ice, self.rubber = ice, rubber or InsulatedOverGrid()
         self._law = law
@@ -69,12 +69,12 @@ class FilmsOnNodes(ABC, Generic[NodeLoads]):
     internal_nodes = nodes
 
     def internal_at_points(self, state: InterfaceState, contact: ContactLoads) -> Array:
-        """ln(eta / eta_0) of the nodes, read at the points. Collective."""
+        """ln(eta / eta_0) of the nodes, interpolated to the points. Collective."""
         rows = [self.at_points(one, contact) for one in state.internal]
         return np.array(rows).reshape(len(rows), contact.area.size)
 
     def start(self, film_height: float, n_points: int) -> InterfaceState:
-        """Films of the initial height (m) on cold ice; `n_points` of rubber, as cold."""
+        """Films of the initial height (m) on cold ice under `n_points` of cold rubber."""
         n = self.ice.grid.own.size
         heat_states = self.ice.initial(n), self.rubber.initial(n_points)
         state = fresh(self._law, film_height, n, *heat_states)
@@ -93,7 +93,7 @@ class FilmsOnNodes(ABC, Generic[NodeLoads]):
         covered, first = self.on_nodes(start)
         covers, last = self.on_nodes(end)
         first, last = first.completed(covered, last), last.completed(covers, first)
-        # Water that is left behind gives its heat to the ice, too, where it freezes.
+        # Water on uncovered ice also gives its latent heat to the ice when it freezes.
         meet = covered | covers | self._law.freezes
         area = np.where(meet, grid.cell_area[grid.own], 0.0)
         ice = self.ice.under(Contacts(grid.own_nodes(), area))
@@ -102,7 +102,7 @@ class FilmsOnNodes(ABC, Generic[NodeLoads]):
         return InterfaceStep(step, area, last, ice, rubber, step.state)
 
     def sheared(self, state: InterfaceState, contact: ContactLoads) -> Sheared:
-        """Shear under the films around each point. Collective."""
+        """The shear law of each point, from the films around it. Collective."""
         shearing = self.at_points(np.exp(log_shearing(state)), contact)
         return self._law.read(shearing, self.internal_at_points(state, contact), contact.speed)
 
@@ -111,12 +111,12 @@ class FilmsOnNodes(ABC, Generic[NodeLoads]):
         return self._law.height_at(state, lambda values: self.at_points(values, contact))
 
     def at_points(self, values: Array, contact: ContactLoads) -> Array:
-        """Node values read at the points. Collective."""
+        """Nodal values interpolated to the points. Collective."""
         grid = self.ice.grid
         return grid.interpolate(grid.allgather(values), place(grid, contact))
 
     def ice_temperature(self, state: InterfaceState, contact: ContactLoads) -> Array:
-        """Temperature of the nodes, read at the points. Collective."""
+        """Temperature of the nodes, interpolated to the points. Collective."""
         grid = self.ice.grid
         own = self.ice.under(Contacts(grid.own_nodes(), grid.cell_area[grid.own]))
         return self.at_points(own.surface_temperature(state.ice), contact)
@@ -128,10 +128,10 @@ class FilmsOnNodes(ABC, Generic[NodeLoads]):
     def water_moved(
         self, state: InterfaceState, start: ContactLoads, end: ContactLoads, sliding_distance: float
     ) -> tuple[InterfaceState, Array]:
-        """Water below the rubber goes with it, cell by cell, at its fraction of the speed.
-        Collective.
+        """Move water below the rubber cell by cell, at its fraction of the speed. Collective.
 
-        Leading edges wipe a part of it off, and push out what full voids do not take in.
+        Leading edges wipe off a part of the water. Water for which the voids have no room is pushed
+        out.
         """
         if self._drag == 0.0:
             return state, np.zeros_like(state.log_height)
@@ -154,32 +154,32 @@ class FilmsOnNodes(ABC, Generic[NodeLoads]):
         return state._replace(squeezed_height=height), (grid.cell_area * lost)[grid.own]
 
     def parts(self, contact: ContactLoads, part: Index, count: int) -> Array:
-        """Fractions of what covers each of this rank's nodes. Collective."""
+        """Fraction of the cover of each of this rank's nodes by each part. Collective."""
         amounts = contact.touching * (np.arange(count)[:, None] == part)
         given = self.ice.grid.scatter(amounts, place(self.ice.grid, contact))[:, self.ice.grid.own]
         whole = given.sum(axis=0)
         return np.divide(given, whole, out=np.zeros_like(given), where=whole > 0.0)
 
     def water_areas(self, contact: ContactLoads) -> tuple[Array, Array]:
-        """Cells of this rank's nodes that are covered, and those that are not. Collective."""
+        """Covered and uncovered cell areas of this rank's nodes, m2. Collective."""
         grid = self.ice.grid
         cell, covered = grid.cell_area[grid.own], self._cover(contact)[grid.own] > HALF
         return np.where(covered, cell, 0.0), np.where(covered, 0.0, cell)
 
     def on_nodes(self, contact: ContactLoads) -> tuple[Mask, NodeLoads]:
-        """Which of this rank's nodes are covered, and their loads per area of the node's cell.
+        """Mask of this rank's covered nodes, and their loads per cell area. Collective.
 
-        A cell that is covered in part has that part of the loads, so that a film is as old as it
-        should be when the leading edge has passed its cell. Collective.
+        A partly covered cell has the same fraction of the loads. A film then has the right age when
+        the leading edge has passed its cell.
         """
         return self._on_nodes.of(contact)
 
     @abstractmethod
     def _found_on_nodes(self, contact: ContactLoads) -> tuple[Mask, NodeLoads]:
-        """What `on_nodes` says. Collective."""
+        """Compute the result of `on_nodes`. Collective."""
 
     def _of_nodes(self, loads: FilmLoads, contact: ContactLoads) -> tuple[Mask, FilmLoads]:
-        """The nodes' of those of the points. Collective."""
+        """Mask and loads of the nodes from the loads of the points. Collective."""
         grid, touching = self.ice.grid, contact.touching
         viscous = touching * loads.viscous
         squeeze, free = touching * loads.squeeze_rate, touching * loads.free_height
@@ -194,12 +194,12 @@ class FilmsOnNodes(ABC, Generic[NodeLoads]):
         return covered, of_nodes
 
     def _cover(self, contact: ContactLoads) -> Array:
-        """Fraction of the cells of all nodes that is in contact. Collective."""
+        """Contact fraction of the cell of each node. Collective."""
         grid = self.ice.grid
         return np.asarray(grid.scatter(contact.touching, place(grid, contact)) / grid.cell_area)
 
     def shift_window(self, state: InterfaceState, offset: float, distance: float) -> Shifted:
-        """Shift ice and films together; water goes with what leaves. Collective."""
+        """Shift ice and films together; leaving ice takes its water along. Collective."""
         grid = self.ice.grid
         cells, rest = whole_cells(grid, offset)
         if cells == 0:
@@ -208,7 +208,7 @@ class FilmsOnNodes(ABC, Generic[NodeLoads]):
         before, column = grid.allgather(state.squeezed_height), grid.n_nodes // grid.shape[0]
         water = self._brought(self._x + distance - rest)
         water[: -cells * column] = before[cells * column :]
-        # The window ends in the middle of its last nodes' cells, of which the rest comes, too.
+        # The window ends in the middle of the last cells; the other half enters, too.
         entered, last = slice(-cells * column, None), slice(-column, None)
         rest_of_cells = grid.cell_area[-2 * column : -column] - grid.cell_area[last]
         brought = float(grid.cell_area[entered] @ water[entered] + rest_of_cells @ before[last])
@@ -224,17 +224,17 @@ class FilmsOnNodes(ABC, Generic[NodeLoads]):
 
     @property
     def _x(self) -> Array:
-        """Places (m) of all nodes in the window."""
+        """Positions (m) of all nodes in the window, along x."""
         grid = self.ice.grid
         return np.repeat(grid.lines[0], grid.n_nodes // grid.shape[0])
 
     def _brought(self, x: Array) -> Array:
-        """Water (m) that lies on fresh ice at places `x` (m) of it."""
+        """Water height (m) on fresh ice at positions `x` (m)."""
         return np.zeros_like(x)
 
 
 class OnIce(FilmsOnNodes[FilmLoads]):
-    """Films on the ice's nodes, of a law without a memory of the contact's own."""
+    """Films on the ice's nodes, under a law without contact history."""
 
     _law: FilmLaw
 

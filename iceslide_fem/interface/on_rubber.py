@@ -1,4 +1,4 @@
-"""Films on the rubber's points: over ice that stays below each, or over ice that passes."""
+"""Films on the rubber's points, over attached ice or over sliding ice."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from iceslide_fem.runtime.arrays import Array, Index
 
 
 class Attached:
-    """Films on the rubber's points, each with its own piece of ice that stays below it."""
+    """Films on the rubber's points, each with a piece of ice that stays below it."""
 
-    nodes = None  # no grid carries the films
+    nodes = None  # films are not on a grid
 
     def __init__(
         self,
@@ -29,7 +29,7 @@ class Attached:
         at: Placement,
         rubber: RubberColumns | Insulated = INSULATED,
     ) -> None:
-        """`at` is where the points lie on the ice."""
+        """`at`: placement of the points on the ice."""
         self.ice, self.rubber = ice, rubber
         self._law, self._at = law, at
 
@@ -40,7 +40,7 @@ class Attached:
         self._loads = loads
 
     def start(self, film_height: float, n_points: int) -> InterfaceState:
-        """Films of the initial height (m) on cold ice, under rubber as cold."""
+        """Films of the initial height (m) on cold ice, under cold rubber."""
         heat_states = self.ice.initial(n_points), self.rubber.initial(n_points)
         return fresh(self._law, film_height, n_points, *heat_states)
 
@@ -52,9 +52,9 @@ class Attached:
         dt: float,
         integrator: Integrator,
     ) -> InterfaceStep:
-        """Advance every point under its own pressure and speed. Collective.
+        """Advance each point under its pressure and speed. Collective.
 
-        Heat reaches the rubber where there is contact.
+        Heat flows into the rubber at points in contact only.
         """
         contacts = self._contacts(start, end)
         cover = ((start.pressure > 0.0) | (end.pressure > 0.0)).astype(float)
@@ -64,48 +64,48 @@ class Attached:
         return InterfaceStep(step, contacts.area, last, ice, rubber, step.state)
 
     def sheared(self, state: InterfaceState, contact: ContactLoads) -> Sheared:
-        """Shear under the points' own films, or law. Collective."""
+        """The shear law of each point, from its film or the user's law. Collective."""
         return self._law.sheared(state, lambda: self.ice_temperature(state, contact))
 
     def film_height(self, state: InterfaceState, contact: ContactLoads) -> Array:
-        """The points' own films; NaN under a law without films."""
+        """Height of each point's film, m; NaN under a law without films."""
         return self._law.film_height(state)
 
     def at_points(self, values: Array, contact: ContactLoads) -> Array:
-        """The points' own values."""
+        """The values unchanged: films are on the points."""
         return values
 
     def ice_temperature(self, state: InterfaceState, contact: ContactLoads) -> Array:
-        """Temperature of the ice that is below the points now. Collective."""
+        """Surface temperature of the ice at the points' present positions. Collective."""
         ice = self.ice.under(self._contacts(contact, contact))
         return ice.surface_temperature(state.ice)
 
     def reaches(self, contact: ContactLoads) -> bool:
-        """Attached ice is below every point."""
+        """True: attached ice is below every point."""
         return True
 
     def water_moved(
         self, state: InterfaceState, start: ContactLoads, end: ContactLoads, sliding_distance: float
     ) -> tuple[InterfaceState, Array]:
-        """Water stays where its film is."""
+        """No water moves: it stays at its film."""
         return state, np.zeros_like(state.log_height)
 
     def parts(self, contact: ContactLoads, part: Index, count: int) -> Array:
-        """Each film is below the part of its own point."""
+        """Each film is below the part to which its point belongs."""
         return (np.arange(count)[:, None] == part).astype(float)
 
     def water_areas(self, contact: ContactLoads) -> tuple[Array, Array]:
-        """All water is below the points."""
+        """The area of the points, and zero beside the rubber."""
         return contact.area, np.zeros_like(contact.area)
 
     def shift_window(self, state: InterfaceState, offset: float, distance: float) -> Shifted:
-        """Attached ice has no window to move."""
+        """The state unchanged: attached ice has no window."""
         return Shifted(state, 0.0)
 
     def rested(
         self, state: InterfaceState, contact: ContactLoads, begins: PassBegin
     ) -> InterfaceState:
-        """What the next pass begins with under the points of its `contact`. Collective.
+        """State at the start of the next pass, under the points of `contact`. Collective.
 
         Raises NotConverged.
         """
@@ -117,7 +117,7 @@ class Attached:
         return None
 
     def internal_at_points(self, state: InterfaceState, contact: ContactLoads) -> Array:
-        """The points' own."""
+        """Internal variables of the points."""
         return state.internal
 
     def _acting(self, contact: ContactLoads, contacts: Contacts) -> Loads:
@@ -125,12 +125,12 @@ class Attached:
         return self._loads(contact)
 
     def _contacts(self, start: ContactLoads, end: ContactLoads) -> Contacts:
-        """The points in the middle of a step."""
+        """Contacts at the points' positions in the middle of a step."""
         return Contacts(self._at, 0.5 * (start.area + end.area))
 
 
 class AttachedBetween(Attached):
-    """The same between meshes of ice and rubber, which films join where they touch."""
+    """Attached films between meshed ice and meshed rubber."""
 
     def _contacts(self, start: ContactLoads, end: ContactLoads) -> Contacts:
         at, area, _ = super()._contacts(start, end)
@@ -139,9 +139,9 @@ class AttachedBetween(Attached):
 
 
 class Rubbing(Attached):
-    """The same over ice that points share, under a viscous law without internal variables.
+    """Attached films on shared ice, under a viscous law without internal variables.
 
-    The rubber takes no heat. Points that do not rub in a step stay as they are.
+    The rubber takes no heat. Points out of contact in a step keep their state.
     """
 
     def advance(
@@ -171,7 +171,7 @@ class Rubbing(Attached):
 
 
 class OnRubber(Attached):
-    """Films on the rubber's points, which slide over fresh ice: the thesis's subroutine."""
+    """Films on the rubber's points, sliding over fresh ice, as in the thesis's subroutine."""
 
     ice: PassingIce
 
@@ -184,7 +184,7 @@ class OnRubber(Attached):
         super().__init__(law, ice, ice.grid.own_nodes(), rubber)
 
     def reaches(self, contact: ContactLoads) -> bool:
-        """Whether the window is below all points that touch."""
+        """Whether the window is below all touching points."""
         return reaches(self.ice.grid, contact)
 
     def shift_window(self, state: InterfaceState, offset: float, distance: float) -> Shifted:

@@ -1,4 +1,4 @@
-"""Meshed ice that passes under the block: a window of equal cells that is shifted by whole ones.
+"""Meshed sliding ice: a window of equal cells that shifts by whole cells.
 
 The unknowns of the surface are the nodes of the window's grid, on which films or points lie.
 """
@@ -24,7 +24,7 @@ class _Passing(MeshedIce):
     grid: SurfaceGrid
 
     def window(self, grid: SurfaceGrid) -> None:
-        """Let the ice be the window with this `grid`. Collective."""
+        """Set the window to this `grid`. Collective."""
         self.grid, equation = grid, self.equation
         along = grid.lines[0]
         ahead = equation.x + np.eye(1, equation.x.shape[1]) * (along[1] - along[0])
@@ -38,7 +38,7 @@ class _Passing(MeshedIce):
         self._of_nodes = Readings(self._bodies.reading(of_nodes))
 
     def unknowns(self, at: Placement) -> Reading:
-        """How points `at` their places on the grid read the ice: nodes are unknowns."""
+        """Interpolation to points placed `at` on the grid, whose nodes are unknowns."""
         return Reading(self._numbers[at.node], at.weight)
 
     def profile(self, heat_state: Array) -> Profile:
@@ -59,7 +59,7 @@ class _Passing(MeshedIce):
 
 
 class PassingMeshedIce(_Passing):
-    """Meshed ice that passes. Heat state: as that of `MeshedIce`."""
+    """Meshed sliding ice. Heat state: as of `MeshedIce`."""
 
     def __init__(self, equation: HeatEquation, grid: SurfaceGrid, settings: Settings) -> None:
         """As `MeshedIce`, with the window's `grid`. Collective."""
@@ -68,7 +68,7 @@ class PassingMeshedIce(_Passing):
 
 
 class PassingMeshedIceAndRubber(_Passing, MeshedIceAndRubber):
-    """Meshed ice that passes, and meshed rubber. Heat state: as that of `MeshedIceAndRubber`."""
+    """Meshed sliding ice and meshed rubber. Heat state: as of `MeshedIceAndRubber`."""
 
     def __init__(
         self, ice: HeatEquation, rubber: MeshedRubber, grid: SurfaceGrid, settings: Settings

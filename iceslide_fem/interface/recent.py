@@ -1,4 +1,4 @@
-"""What all ranks know of recent contacts: found once for each."""
+"""Cache of data that follow from recent contacts, consistent over all ranks."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ _Found = TypeVar("_Found")
 
 
 class Recent(Generic[_Contact, _Found]):
-    """What is `found` for the last few contacts, each of which is one object on every rank."""
+    """Cache of `found(contact)` for the last few contacts; a contact is one object per rank."""
 
     def __init__(
         self, found: Callable[[_Contact], _Found], comm: MPI.Comm, known: int = KNOWN
     ) -> None:
-        """`found` may be collective; so many are `known`."""
+        """found: computes the data, may be collective; known: number of contacts kept."""
         self._find, self._comm = found, comm
         self._known: deque[tuple[_Contact, _Found]] = deque(maxlen=known)
 
     def of(self, contact: _Contact) -> _Found:
-        """What is found for the `contact`, kept where all ranks have kept it. Collective."""
+        """Data of the `contact`, from the cache if all ranks have it there. Collective."""
         places = [number for number, (one, _) in enumerate(self._known) if one is contact]
         here = places[0] if places else -1
         if self._comm.size > 1:

@@ -1,8 +1,7 @@
-"""Ice between two passes of the rubber: it conducts what it has, and water on it may freeze.
+"""Ice between two passes of the rubber: heat conduction, and freezing of water on it.
 
-Water that freezes holds the ice below it at the melting point until all of it is ice. Each step is
-longer than the one before by the same factor: heat that has been given for a time t changes over
-times of the order of t.
+Water that freezes holds the ice below it at the melting point until all of it is ice. Step lengths
+grow by a constant factor, because heat given over a time t diffuses over times of the order of t.
 """
 
 from __future__ import annotations
@@ -23,13 +22,12 @@ from iceslide_fem.laws.interface_law import InterfaceLaw
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import Solid
 
-# The first step, relative to how long the rubber was there, and the factor on each, also of steps
-# in which water freezes.
+# First step over the contact time; growth factor of steps, and of steps in which water freezes.
 FIRST, LONGER, LONGER_WET = 5e-3, 1.25, 1.12
 
 
 class Rest(NamedTuple):
-    """A rest of a `time` (s) after ice was `heated` (s), and what becomes of the water in it."""
+    """A rest of a `time` (s) after `heated` (s) of contact; between: treatment of the water."""
 
     time: float
     heated: float
@@ -37,9 +35,9 @@ class Rest(NamedTuple):
 
 
 class RestingWater(NamedTuple):
-    """Water of the height `water` (m), (n,), in an implicit stage of `dt` (s); no rubber on it.
+    """Water of the height `water` (m), (n,), without rubber, in an implicit stage of `dt` (s).
 
-    most: what the ice can take, W/m2, (n,); more would only be tried in vain.
+    most: upper bound of the heat flux into the ice, W/m2, (n,).
     """
 
     log_height: Array
@@ -49,7 +47,7 @@ class RestingWater(NamedTuple):
 
     @property
     def power_at_start(self) -> Array:
-        """No friction."""
+        """Zero: there is no friction."""
         return np.zeros_like(self.water)
 
     def height(self, log_height: Array) -> Array:
@@ -57,9 +55,7 @@ class RestingWater(NamedTuple):
         return np.exp(log_height)
 
     def solve(self, ice: Surface, near: Array | None = None) -> FilmStage:
-        """What freezes: as much as holds the surface at T_m, or all there is; what would be warmer
-        melts.
-        """
+        """Freezing rate that holds the surface at T_m, limited by the water; warmer ice melts."""
         nothing = np.zeros_like(self.water)
         available = ice.solid.melting_enthalpy * np.maximum(self.water, 0.0) / self.dt
         available = np.minimum(available, self.most)
@@ -82,9 +78,9 @@ class RestingWater(NamedTuple):
 
 
 class Resting(NamedTuple):
-    """What acts on ice without rubber: nothing (`film.integrators.Acting`).
+    """Loads of ice without rubber: none (`film.integrators.Acting`).
 
-    most: what the ice can take at each point, W/m2, (n,).
+    most: upper bound of the heat flux into the ice, W/m2, (n,).
     """
 
     most: Array
@@ -108,22 +104,23 @@ class Resting(NamedTuple):
         near: Array | None,
         close: float,
     ) -> RestingWater:
-        """Water that rests."""
+        """The water in this stage."""
         return RestingWater(start.log_height, start.squeezed_height, dt, self.most)
 
     def internal_after(self, before: Array, stage: FilmStage) -> Array:
-        """As before."""
+        """The internal variables unchanged."""
         return before
 
 
 def rested(
     heat: Array, water: Array, ice: IceHeat, rest: Rest, solid: Solid, comm: MPI.Comm
 ) -> tuple[Array, Array]:
-    """Heat state of the ice after a `rest`, and what is left of the `water` (m, (n,)) on it.
+    """Heat state of the ice after a `rest`, and the rest of the `water` (m, (n,)).
 
-    Steps are of implicit Euler while anything freezes: stages of other methods would take more
-    water than there is. In one a half-space of the ice's `solid` takes no more than in the step
-    before and e (T_m - T) / sqrt(dt). Collective. Raises NotConverged.
+    Steps with freezing use implicit Euler, because stages of other methods may freeze more water
+    than there is. The heat flux into the ice is bounded by the last flux plus e (T_m - T) /
+    sqrt(dt), that of a half-space of the `solid` with effusivity e. Collective. Raises
+    NotConverged.
     """
     taken = np.zeros_like(water)
     state = InterfaceState(np.zeros_like(water), water, heat)
@@ -142,8 +139,9 @@ def rested(
 
 
 class PassBegin(NamedTuple):
-    """How a pass begins after a `rest`: films without water have the height `first` (m), the ice is
-    of `solid`.
+    """The start of a pass after a `rest`.
+
+    first: height of films without water, m; solid: of the ice.
     """
 
     rest: Rest
@@ -152,7 +150,9 @@ class PassBegin(NamedTuple):
     comm: MPI.Comm
 
     def after(self, state: InterfaceState, law: InterfaceLaw, ice: IceHeat) -> InterfaceState:
-        """Films of the `law` and heat of the ice, after a pass that has left `state`. Collective.
+        """Films and heat of the ice at the start of a pass. Collective.
+
+        state: at the end of the last pass.
 
         Raises NotConverged.
         """

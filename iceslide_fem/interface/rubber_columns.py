@@ -1,4 +1,4 @@
-"""Heat in the rubber above films that live on the ice: points and nodes move past each other."""
+"""Heat in the rubber above films on the ice: points move over nodes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from iceslide_fem.scene.materials import MELTING_TEMPERATURE, Solid
 
 
 class InsulatedOverGrid(Insulated):
-    """Rubber that takes no heat, wherever its points lie."""
+    """Rubber that takes no heat, above films on the ice."""
 
     def above(self, start: ContactLoads, end: ContactLoads) -> InsulatedOverGrid:
         """The same."""
@@ -26,8 +26,8 @@ class InsulatedOverGrid(Insulated):
 class RubberOverGrid(RubberColumns):
     """Columns of rubber at contact points that move over films on the nodes of the ice.
 
-    A node sees the mean temperature of the points around it, and they take its heat with the same
-    weights, so that none is lost or made on the way.
+    The rubber temperature at a node is the mean of the points around it. The points take the node's
+    heat with the same weights, so heat is conserved.
     """
 
     def __init__(
@@ -45,7 +45,7 @@ class RubberOverGrid(RubberColumns):
         self._contacts = Contacts(grid.own_nodes(), np.zeros(grid.own.size))
 
     def above(self, start: ContactLoads, end: ContactLoads) -> RubberOverGrid:
-        """The same rubber as it answers where its points are in a step from `start` to `end`."""
+        """The thermal response with the points' positions in a step from `start` to `end`."""
         over = copy(self)
         over._contacts = passed_over(self.grid, start, end)
         return over
@@ -53,11 +53,11 @@ class RubberOverGrid(RubberColumns):
     def response(self, start: Array, dt: Array | float) -> RubberSurface:
         """The rubber's surface over this rank's nodes at the end of a stage. Collective.
 
-        The points around a node answer as if each took the node's own flux, not the mean of its
-        neighbours' fluxes.
+        Approximation: each point around a node takes this node's flux, not the mean flux of all
+        nodes around the point.
         """
         mean = self._mean(self.column.response(start, dt).offset)
-        resistance = self.column.resistance(dt)  # one for all
+        resistance = self.column.resistance(dt)  # equal in all columns
         return RubberSurface(mean, resistance, self._node_cover(), self.half_film)
 
     def heated(self, start: Array, dt: Array | float, flux: Array) -> Array:
@@ -72,7 +72,7 @@ class RubberOverGrid(RubberColumns):
         return self._mean(super().surface_temperature(heat_state))
 
     def _mean(self, values: Array) -> Array:
-        """Mean over the points around each of this rank's nodes; T_0 where there are none."""
+        """Mean over the points around each of this rank's nodes; T_0 without points."""
         at, own, _ = self._contacts
         area, amount = self.grid.scatter(np.stack([own, own * values]), at)
         mean = np.full_like(area, float(self.column.temperature))
@@ -80,7 +80,7 @@ class RubberOverGrid(RubberColumns):
         return np.asarray(mean[self.grid.own])
 
     def _node_cover(self) -> Array:
-        """Fraction of the cells of this rank's nodes that is in contact."""
+        """Contact fraction of the cell of each of this rank's nodes."""
         at, area, _ = self._contacts
         cover = self.grid.scatter(area, at) / self.grid.cell_area
         return np.asarray(cover[self.grid.own])

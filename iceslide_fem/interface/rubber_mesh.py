@@ -1,4 +1,4 @@
-"""Heat in the rubber's own mesh, of any shape, together with meshed ice: one balance of both.
+"""Heat in the rubber's mesh, of any shape, in one balance with meshed ice.
 
 The rubber conducts in its reference configuration, in the quadratic elements of its displacements.
 The films between it and the ice conduct to either body; its plate is insulated or held.
@@ -30,8 +30,9 @@ RAISED = 0.1  # m, above all ice
 
 
 class MeshedRubber(NamedTuple):
-    """Rubber that conducts in its own mesh: its heat equation, the contact surface that has its
-    points, and what conducts from the middle of a film to it.
+    """Rubber that conducts heat in its mesh.
+
+    It has a heat equation, the contact surface with the points, and the conductance of half a film.
     """
 
     equation: HeatEquation
@@ -40,12 +41,14 @@ class MeshedRubber(NamedTuple):
 
 
 class MeshedIceAndRubber(MeshedIce):
-    """Ice that stays below the rubber, and the rubber. Heat state: rises of this rank's unknowns,
-    of the ice and then of the rubber, (n_own,), K.
+    """Attached meshed ice and meshed rubber.
+
+    Heat state: temperature rises of this rank's unknowns, first of ice, then of rubber, (n_own,),
+    K.
     """
 
     def __init__(self, ice: HeatEquation, rubber: MeshedRubber, settings: Settings) -> None:
-        """Without points yet. Collective."""
+        """Bodies without points. Collective."""
         super().__init__(ice, settings, [rubber.equation])
         self.rubber, surface, self._half_film = rubber
         nodes = self.rubber.numbers[surface.dofs]
@@ -59,7 +62,7 @@ class MeshedIceAndRubber(MeshedIce):
         return self.equation.n_dofs + self.rubber.n_dofs
 
     def under(self, contacts: Contacts) -> MeshedIceAndRubber:
-        """The same bodies as they answer below and above `contacts`, all points. Collective."""
+        """The thermal response of both bodies at `contacts`, all points. Collective."""
         below = copy(self)
         area, settings = contacts.area, self._settings
         contact = BetweenIceAndRubber(
@@ -78,7 +81,7 @@ class MeshedIceAndRubber(MeshedIce):
 
     @property
     def places(self) -> Array:
-        """Where the unknowns of both are, m; the rubber's `RAISED`: no two are at one place."""
+        """Positions of the unknowns of both, m. The rubber's are `RAISED`, so all are distinct."""
         above = self.rubber.x.copy()
         above[:, -1] += RAISED
         return np.concatenate([self.equation.x, above])
@@ -92,8 +95,10 @@ class MeshedIceAndRubber(MeshedIce):
         return self.rubber.heat(self._bodies.parts(heat_state)[1])
 
     def warmed(self, heat_state: Array, heat: Array) -> Array:
-        """Heat state with more `heat` (J; J/m in a slice) at all local dofs of the rubber's space,
-        of which this rank gives its part; none where the plate holds the temperature. Collective.
+        """Heat state after `heat` (J; J/m in a slice) is added to the rubber. Collective.
+
+        heat: this rank's part, at all local dofs of the rubber's space. Dofs at a held temperature
+        ignore it.
         """
         ice, rubber = self._bodies.parts(heat_state)
         elements = self.rubber.elements
@@ -111,7 +116,7 @@ class MeshedIceAndRubber(MeshedIce):
         return self.rubber.nodal(self._bodies.parts(heat_state)[1])
 
     def _met(self, below: Reading) -> Meeting:
-        """How films meet both, of which they read the ice so. Collective."""
+        """Thermal contact of films and both bodies; `below`: interpolation from ice. Collective."""
         below = self._bodies.joint(0, below)
         widest = max(below.number.shape[1], self._above.number.shape[1])
         both = (_widened(one, widest) for one in (below, self._above))
@@ -124,12 +129,12 @@ class RubberInMesh(Insulated):
     """The rubber of `MeshedIceAndRubber`, whose heat is in the state of the ice."""
 
     def at_contact(self, heat_state: Array, ice: IceHeat, of_ice: Array) -> Array | None:
-        """Where it meets the ice. Collective."""
+        """Temperature of the rubber at the contact points, K. Collective."""
         assert isinstance(ice, MeshedIceAndRubber)
         return ice.rubber_temperature(of_ice)
 
 
 def _widened(reading: Reading, nodes: int) -> Reading:
-    """The same reading with so many nodes a point: those that are added count nothing."""
+    """The same interpolation with `nodes` per point; added nodes have the weight 0."""
     missing = ((0, 0), (0, nodes - reading.number.shape[1]))
     return Reading(np.pad(reading.number, missing), np.pad(reading.weight, missing))

@@ -1,4 +1,4 @@
-"""Points of all ranks on the ice's surface, which every rank knows once they are asked for."""
+"""Points of all ranks on the ice's surface, gathered on every rank on demand."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from iceslide_fem.runtime.arrays import Array, Index
 
 
 class SharedPoints:
-    """Points that read nodes of the surface's grid, and give to them with the same weights."""
+    """Points that read from and give to nodes of the surface's grid with the same weights."""
 
     def __init__(self, at: Placement, shape: tuple[int, ...], comm: MPI.Comm) -> None:
-        """`at`: places of this rank's points; `shape` of the grid. Collective.
+        """at: placement of this rank's points; shape: of the grid. Collective.
 
-        reads: matrix (N, nodes) of the weights by which the points of all ranks read the nodes;
-        gives: its transpose, by which the nodes get what the points give.
+        reads: interpolation matrix (N, nodes) of the points of all ranks; gives: its transpose,
+        which adds nodal loads.
         """
         self._comm, self._n, own = comm, int(np.prod(shape)), len(at.node)
         self._counts, self._own = comm.allgather(own), own
@@ -30,12 +30,12 @@ class SharedPoints:
         starts = node.shape[1] * np.arange(len(node) + 1)
         self.reads = csr_matrix((weight.ravel(), node.ravel(), starts), shape=(len(node), self._n))
         self.gives = self.reads.T.tocsr()
-        # of the numbers of nodes of one cell, so far apart are they at most
+        # largest difference of the node numbers in one cell
         self._width = 1 if len(shape) == 1 else shape[1] + 1
         self._couples = self._coupling(node, weight)
 
     def among(self, points: Index | None) -> SharedPoints:
-        """The same of some of this rank's points alone, by their numbers: others give nothing."""
+        """The same with some of this rank's points, by number; the other points give nothing."""
         if points is None:
             return self
         some = copy(self)
@@ -53,7 +53,7 @@ class SharedPoints:
         return np.asarray(self._couples @ slopes).reshape(self._width + 1, self._n)
 
     def _coupling(self, node: NDArray[np.int32], weight: Array) -> csr_matrix:
-        """From slopes of the points to what they add to a band matrix of the nodes, by entries."""
+        """Matrix from slopes of the points to the entries of the nodes' band matrix."""
         apart = node[:, :, None] - node[:, None, :]
         lower = np.nonzero(apart >= 0)
         entry = apart[lower] * self._n + node[lower[0], lower[2]]

@@ -1,8 +1,8 @@
-"""The grid of nodes on the ice's surface, known to every rank, and points that lie on it.
+"""The grid of nodes on the ice's surface, held by every rank, and points placed on it.
 
-Points read from the grid by (bi)linear interpolation and give to the same nodes with the same
-weights, so that nothing is lost or made on the way. Nodes are numbered x outermost; each node
-belongs to one rank, each point to one rank.
+Points read from the grid by (bi)linear interpolation, and give to the same nodes with the same
+weights. The transfer is therefore conservative. Nodes are numbered with x outermost. Each node and
+each point belongs to one rank.
 """
 
 from __future__ import annotations
@@ -22,9 +22,7 @@ from iceslide_fem.runtime.arrays import Array, Index
 
 @dataclass(frozen=True, eq=False)
 class Placement:
-    """Where points lie on a grid: nodes around each and their weights, which add up to 1,
-    (n, corners).
-    """
+    """Positions of points on a grid: nodes around each and their weights (sum 1), (n, corners)."""
 
     node: NDArray[np.int32]
     weight: Array
@@ -32,21 +30,20 @@ class Placement:
 
 @lru_cache(maxsize=2)
 def part_of(at: Placement, index: bytes) -> Placement:
-    """Placement of the points with the numbers (int64) in `index`. The last two are known."""
+    """Placement of the points with the numbers (int64) in `index`. Caches two results."""
     some = np.frombuffer(index, dtype=np.int64)
     return Placement(at.node[some], at.weight[some])
 
 
 def own_points(n: int) -> Placement:
-    """Placement of `n` points each of which is a node of its own."""
+    """Placement of `n` points that are themselves the nodes."""
     return Placement(np.arange(n, dtype=np.int32)[:, None], np.ones((n, 1)))
 
 
 class Contacts(NamedTuple):
-    """Points that touch the ice within a step: where they lie on its surface's grid, and what
-    each stands for, area (n,), m2 (m in a slice).
+    """Points that touch the ice within a step: their placement and area (n,), m2 (m in a slice).
 
-    points: their numbers (int64) among those that are placed; None: they are all.
+    points: their numbers (int64) among the placed points; None: all.
     """
 
     at: Placement
@@ -55,12 +52,12 @@ class Contacts(NamedTuple):
 
     @property
     def placed(self) -> Placement:
-        """Where they lie, without the others."""
+        """Placement of these points only."""
         return self.at if self.points is None else part_of(self.at, self.points.tobytes())
 
 
 class OwnNodes(NamedTuple):
-    """The nodes of this rank among all `total` of a grid that every rank knows."""
+    """This rank's nodes among the `total` nodes of a grid that every rank holds."""
 
     numbers: NDArray[np.integer[Any]]
     total: int
@@ -82,8 +79,8 @@ class Profile(NamedTuple):
 class SurfaceGrid:
     """Tensor grid of the sorted coordinates `lines` (x, or x and y; m).
 
-    own: the nodes of this rank; cell_area: what each node stands for, m2 (m in a slice), all
-    nodes; n_nodes: their number.
+    own: nodes of this rank; cell_area: area of the cell of each node, m2 (m in a slice), all nodes;
+    n_nodes: number of all nodes.
     """
 
     def __init__(self, lines: Sequence[Array], own: NDArray[np.int64], comm: MPI.Comm) -> None:
@@ -102,7 +99,7 @@ class SurfaceGrid:
 
     @classmethod
     def shared(cls, lines: Sequence[Array], comm: MPI.Comm) -> SurfaceGrid:
-        """The grid of which the ranks have equal parts, one after the other."""
+        """The grid with its nodes split evenly over the ranks, in order."""
         nodes = np.arange(math.prod(line.size for line in lines))
         return cls(lines, np.array_split(nodes, comm.size)[comm.rank], comm)
 
@@ -112,7 +109,7 @@ class SurfaceGrid:
         return OwnNodes(self.own, self.n_nodes)
 
     def place(self, points: Array) -> Placement:
-        """Placement of points (n, len(lines)), m; those outside the grid lie on its edge."""
+        """Placement of points (n, len(lines)), m; points outside are moved to the grid's edge."""
         node, weight = np.zeros((len(points), 1), dtype=np.int32), np.ones((len(points), 1))
         for x, line, widths in zip(points.T, self.lines, self._widths, strict=True):
             x = np.minimum(np.maximum(x, line[0]), line[-1])
@@ -142,14 +139,15 @@ class SurfaceGrid:
         return np.asarray(np.einsum("nc,nc->n", at.weight, grid[at.node]))
 
     def scatter(self, amounts: Array, at: Placement) -> Array:
-        """What the points of all ranks give to each node, (nodes,) or (kinds, nodes). Collective.
+        """Nodal sums of the amounts from points of all ranks, (nodes,) or (kinds, nodes).
+        Collective.
 
         `amounts`, (n,) or (kinds, n), are extensive: heat, area, force.
         """
         node, kinds = at.node.ravel(), np.atleast_2d(amounts)
         parts = ((at.weight * kind[:, None]).ravel() for kind in kinds)
         sums = [np.bincount(node, one, self.n_nodes) for one in parts]
-        # NumPy's sum of no points at all is of integers, which MPI must not add to other ranks'.
+        # NumPy returns integers for no points; MPI needs the same type on all ranks.
         grid = np.array(sums, dtype=float).reshape(*amounts.shape[:-1], self.n_nodes)
         self.comm.Allreduce(MPI.IN_PLACE, grid, op=MPI.SUM)
         return grid

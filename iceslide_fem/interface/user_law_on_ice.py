@@ -1,9 +1,9 @@
-"""Internal variables of a user's law on the nodes of ice that passes; its points rub.
+"""Internal variables of a user law on the nodes of sliding ice, with friction at the points.
 
-A point reads the variables of the nodes around it, as it reads their temperature, and gives them
-what a step has changed of it, by the same weights. Only changes go over, so that nothing is smeared
-that does not change. A cell that is covered in part gets that part, so that they are as old as it
-should be when an edge has passed.
+A point interpolates the variables of the nodes around it, as it does their temperature. It gives
+the change over a step back to the nodes with the same weights. Only changes are transferred, so
+constant variables are not smeared. A partly covered cell gets the same fraction of the change. Its
+variables then have the right age when an edge has passed.
 """
 
 from __future__ import annotations
@@ -22,25 +22,25 @@ from iceslide_fem.runtime.arrays import Array
 
 
 class Nodes:
-    """Nodes of `grid` as `laws.user_stage.Places`, met by the points of `contacts`."""
+    """Nodes of `grid` as `laws.user_stage.Places`, below the points of `contacts`."""
 
     def __init__(self, grid: SurfaceGrid, contacts: Contacts) -> None:
         self._grid, self._contacts = grid, contacts
 
     def at_points(self, internal: Array) -> Array:
-        """Internal variables (m, own nodes) read at the points, (m, n). Collective."""
+        """Internal variables (m, own nodes) interpolated to the points, (m, n). Collective."""
         rows = self._grid.allgather(internal)
         return np.array([self._grid.interpolate(row, self._contacts.at) for row in rows])
 
     def changed(self, internal: Array, by: Array) -> Array:
-        """Those of this rank's nodes after changes (m, n) at the points. Collective."""
+        """Internal variables of this rank's nodes after changes (m, n) at points. Collective."""
         grid, (at, area, _) = self._grid, self._contacts
         given = grid.scatter(area * by, at) / grid.cell_area
         return np.asarray(internal + given[:, grid.own])
 
 
 class UserLawOnIce(OnRubber):
-    """Points of the rubber rub by a law whose internal variables lie on the nodes of the ice."""
+    """Friction at the rubber's points under a law with internal variables on ice nodes."""
 
     _law: UserLaw
 
@@ -50,17 +50,17 @@ class UserLawOnIce(OnRubber):
         return self.ice.grid.nodes
 
     def start(self, film_height: float, n_points: int) -> InterfaceState:
-        """The internal variables at the start on all nodes; cold ice, rubber as cold."""
+        """Initial internal variables on all nodes; cold ice and cold rubber."""
         state = super().start(film_height, n_points)
         return state._replace(internal=self._law.initial(film_height, self.ice.grid.own.size)[2])
 
     def sheared(self, state: InterfaceState, contact: ContactLoads) -> Sheared:
-        """Shear by the variables around each point. Collective."""
+        """The shear law of each point, from the variables around it. Collective."""
         here = state._replace(internal=self.internal_at_points(state, contact))
         return self._law.sheared(here, lambda: self.ice_temperature(state, contact))
 
     def internal_at_points(self, state: InterfaceState, contact: ContactLoads) -> Array:
-        """Internal variables of the nodes, read at the points. Collective."""
+        """Internal variables of the nodes, interpolated to the points. Collective."""
         contacts = Contacts(place(self.ice.grid, contact), contact.touching)
         return Nodes(self.ice.grid, contacts).at_points(state.internal)
 

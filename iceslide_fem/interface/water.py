@@ -1,4 +1,4 @@
-"""Squeezed-out water that does not stay on the ice: how it moves over the nodes of the window.
+"""Motion of squeezed-out water over the nodes of the window.
 
 Below the rubber water moves at the fraction s of the sliding speed relative to it
 (`film.water_speed`), so at (1 - s) v over the ice, and where there is no contact it lies on the
@@ -6,14 +6,14 @@ ice:
 
     dH_s/dt + d(w H_s)/dx = squeeze rate,   w = (1 - s) v below the rubber, 0 elsewhere
 
-w is one speed for all water that moves, so its characteristics are parallel: whenever they have
-passed one cell more, all of it moves by one cell. Nothing is smeared and nothing is made or lost;
-water lies within half a cell of its place (first order where a front passes).
+w is uniform below the rubber, so the characteristics are parallel. Each time they pass one more
+cell, all water below the rubber moves by one cell. This is conservative and free of numerical
+diffusion. The position error is at most half a cell (first order at a front).
 
 - At a trailing edge the rubber leaves a layer s H_s on the ice: the same flux, at v instead of s v.
-- At a leading edge the voids take in a layer as thick as lies on the ice, which then moves at s v;
-  the rest, the fraction 1 - s of what the ice brings, is scraped off and lost. So much a sipe
-  drains: nothing where water stays with the ice (s = 1); with s = 0 nothing gets to it.
+- At a leading edge the voids take in a layer as thick as that on the ice, which then moves at s v.
+  The fraction 1 - s of the incoming water is wiped off and lost. A sipe drains this part: none if
+  water stays with the ice (s = 1). With s = 0 no water reaches a sipe.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ import numpy as np
 
 from iceslide_fem.runtime.arrays import Array, Mask
 
-HALF = 0.5  # fraction of a node's cell from which on it counts as covered
+HALF = 0.5  # least covered fraction of a covered node's cell
 
 
 def cells_passed(start: float, end: float, cell: float) -> int:
@@ -32,11 +32,11 @@ def cells_passed(start: float, end: float, cell: float) -> int:
 
 
 def moved_by_a_cell(height: Array, covered: Mask, free: Array) -> tuple[Array, Array]:
-    """Heights (m) after what is below the rubber has moved by one cell in +x, and what gets lost.
+    """Heights (m) after water below the rubber moves by one cell in +x, and the lost water.
 
-    All arrays are of the grid's shape, x first. A node that is covered takes what was on the node
-    behind it, also where the rubber has left that one since the last move; the foremost covered
-    node keeps its own, too, as far as its `free` height (m) H_V allows: the rest is pushed out.
+    Arrays have the grid's shape, x first. A covered node takes the water of the node behind it,
+    also if the rubber has left that node since the last move. The foremost covered node also keeps
+    its own water, up to its `free` height (m) H_V. The rest is pushed out.
     """
     behind, ahead = np.zeros_like(height), np.zeros_like(covered)
     behind[1:], ahead[:-1] = height[:-1], covered[1:]

@@ -1,7 +1,7 @@
-"""The window of ice that follows a sliding block, and where the rubber's points lie on it.
+"""The window of ice that follows a sliding block, and the placement of the rubber's points on it.
 
-Between two shifts the block moves over the window's grid by the `offset`; when that reaches a
-cell, all that the nodes hold moves by one cell, exactly.
+Between two shifts the block moves over the window's grid by the `offset`. When the offset reaches
+one cell, all nodal values shift by one cell, exactly.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from iceslide_fem.interface.film_frame import ContactLoads, Ice
 from iceslide_fem.interface.surface_grid import Contacts, Placement, SurfaceGrid
 from iceslide_fem.runtime.arrays import Array
 
-# A step asks for the same few contacts several times: those at its ends and at its sub-steps'.
+# A step needs the same few contacts several times: at its ends and at the ends of its substeps.
 RECENT = 8
 
 
 class PassingIce(Ice, Protocol):
-    """Ice that passes under the block, below the nodes of `grid`."""
+    """Sliding ice below the nodes of `grid`."""
 
     grid: SurfaceGrid
 
@@ -39,12 +39,12 @@ def on_window(contact: ContactLoads) -> Array:
 
 @lru_cache(maxsize=RECENT)
 def place(grid: SurfaceGrid, contact: ContactLoads) -> Placement:
-    """Placement of the rubber's points on the window's grid. That of recent ones is known."""
+    """Placement of the rubber's points on the window's grid. Recent results are cached."""
     return grid.place(on_window(contact))
 
 
 def passed_over(grid: SurfaceGrid, start: ContactLoads, end: ContactLoads) -> Contacts:
-    """Where the points lie in the middle of a step, and the mean area that each touches."""
+    """Placement of the points in the middle of a step, and their mean contact area."""
     middle = replace(
         end,
         positions=0.5 * (start.positions + end.positions),
@@ -54,14 +54,14 @@ def passed_over(grid: SurfaceGrid, start: ContactLoads, end: ContactLoads) -> Co
 
 
 def reaches(grid: SurfaceGrid, contact: ContactLoads) -> bool:
-    """Whether the points that touch lie within the window."""
+    """Whether all touching points are within the window."""
     positions = on_window(contact)[contact.pressure > 0.0]
     low, high = np.array([(line[0], line[-1]) for line in grid.lines]).T
     return bool(((low <= positions) & (positions <= high)).all())
 
 
 def whole_cells(grid: SurfaceGrid, offset: float) -> tuple[int, float]:
-    """Whole cells of the window's grid in `offset` (m), and what is left."""
+    """Number of whole cells in `offset` (m), and the remainder (m)."""
     line = grid.lines[0]
     cell = float(line[1] - line[0])
     cells = int(np.floor(offset / cell + 1e-9))
@@ -69,9 +69,9 @@ def whole_cells(grid: SurfaceGrid, offset: float) -> tuple[int, float]:
 
 
 def shifted(grid: SurfaceGrid, own: Array, cells: int, fresh: ArrayLike = 0.0) -> Array:
-    """Values (..., own) at this rank's nodes after the window has moved `cells` cells in +x.
+    """Values (..., own) at this rank's nodes after the window moves `cells` cells in +x.
 
-    Ice that enters has the values `fresh`, one or (...,). Collective.
+    Entering ice has the values `fresh`, a scalar or (...,). Collective.
     """
     nodes = grid.allgather(own)
     step = cells * (grid.n_nodes // grid.shape[0])  # nodes are numbered along x last

@@ -1,9 +1,10 @@
-"""Friction laws as the solver asks for them.
+"""Friction laws, as the solver uses them.
 
-`interface_law` is what it asks, `table` chooses the scene's law. `film` is the water film's.
-`protocol` is the published protocol of a user's own law, `user_law` and `user_stage` make an
-interface law of it, `law_file` loads it; `coulomb` is Coulomb's friction by that protocol.
-`weakening` refuses friction that no block can follow, `points` steps any law at points.
+`interface_law` is the interface of a law, `table` chooses the law of a scene, `film` is the law of
+the water film. `protocol` is the published protocol of a user law. `user_law` and `user_stage` make
+an interface law from it, `law_file` loads it. `coulomb` is Coulomb friction by this protocol.
+`weakening` refuses velocity-weakening friction that no step can resolve. `points` integrates any
+law at points.
 
 Imports `film`, `scene` and what is below them.
 """

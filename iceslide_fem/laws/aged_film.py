@@ -1,4 +1,4 @@
-"""The film law below contact whose k, D and H_V follow its age (`film.contact_age`)."""
+"""The film law under contact with age-dependent k, D and H_V (`film.contact_age`)."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from iceslide_fem.runtime.arrays import Array, Mask
 
 @dataclass(frozen=True, eq=False)
 class AgedFilm:
-    """A `film` law of contact that has just touched down, and how the contact ages.
+    """A `film` law for fresh contact, and the ageing of the contact.
 
-    Internal variables are those of the film, or ln(eta / eta_0) = 0 where it has none, and then the
-    contact's history. temperature: of the rubber (K), where no heat reaches it.
+    Internal variables are those of the film (ln(eta / eta_0) = 0 if it has none), then the
+    contact's history. temperature: of insulated rubber, K.
     """
 
     film: FilmLaw
@@ -32,40 +32,40 @@ class AgedFilm:
 
     @property
     def name(self) -> str:
-        """That of the film."""
+        """Name of the film law, with the contact's age."""
         return f"{self.film.name} at the contact's age"
 
     @property
     def viscous(self) -> bool:
-        """As the film is."""
+        """As of the film."""
         return self.film.viscous
 
     @property
     def freezes(self) -> bool:
-        """As the film does."""
+        """As of the film."""
         return self.film.freezes
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """The film's, and k."""
+        """Columns of the film, and k."""
         return *self.film.columns, CONTACT_AREA
 
     @property
     def internal_at_start(self) -> tuple[float, ...]:
-        """The film's, and a contact that nothing has touched."""
+        """Initial values of the film, and the history of an untouched contact."""
         return *(self.film.internal_at_start or (0.0,)), *(0.0,) * self.age.rows
 
     def frame(self, asked: str) -> str:
-        """As the scene has it."""
+        """The frame that the scene has `asked` for."""
         return self.film.frame(asked)
 
     def initial(self, film_height: float, n: int) -> tuple[Array, Array, Array]:
-        """The film's at the start, below contact that nothing has touched."""
+        """Initial films under untouched contact."""
         log_height, squeezed, internal = self.film.initial(film_height, n)
         return log_height, squeezed, self._below_fresh(internal, n)
 
     def films(self, height: Array, temperature: Array) -> tuple[Array, Array]:
-        """The film's, below contact that begins anew."""
+        """Films under untouched contact."""
         log_height, internal = self.film.films(height, temperature)
         return log_height, self._below_fresh(internal, height.size)
 
@@ -76,12 +76,12 @@ class AgedFilm:
         return AgedLoads(self.age, self.temperature, touching, acting, acting)
 
     def sheared(self, state: InterfaceState, temperature: Callable[[], Array]) -> Sheared:
-        """Shear of films as they are in `state`; k answers a change of pressure at once."""
+        """The shear law of films in `state`; k follows the pressure instantly."""
         contact = self.age.so_far(state.internal[-self.age.rows :])
         return replace(self.film, parameters=contact).sheared(state, temperature)
 
     def at_start(self, film_height: float, n: int) -> Sheared:
-        """Shear of `n` films of the height (m) below contact that has just touched down."""
+        """The shear law of `n` films of the height (m) under fresh contact."""
         return self.film.at_start(film_height, n)
 
     def film_height(self, state: InterfaceState) -> Array:
@@ -93,21 +93,21 @@ class AgedFilm:
         return self.film.height_at(state, read)
 
     def read(self, shearing: Array, internal: Array, speed: Array) -> Sheared:
-        """As of `FilmLaw`, below contact that has just touched down."""
+        """As of `FilmLaw`, under fresh contact."""
         return self.film.read(shearing, internal, speed)
 
     def reported(self, internal: Array, pressure: Array) -> Mapping[str, Array]:
-        """The film's, and k of contact with that history under `pressure` (Pa), (n,)."""
+        """Values of the film, and k for this history under `pressure` (Pa), (n,)."""
         of_film = internal[: len(self.film.internal_at_start)]
         contact = self.age.so_far(internal[-self.age.rows :])
         k, _ = contact.contact_area(self.film.read_at(pressure))
         return {**self.film.reported(of_film, pressure), CONTACT_AREA: k}
 
     def outside(self, pressure: Array) -> Mask:
-        """Whether the table of k, D, H_V does not cover the pressure of contact just touched."""
+        """Mask of pressures outside the table of k, D, H_V for fresh contact."""
         return self.film.outside(pressure)
 
     def _below_fresh(self, internal: Array, n: int) -> Array:
-        """Internal variables of `n` films, and contact that nothing has touched."""
+        """Internal variables of `n` films under untouched contact."""
         of_film = internal if len(internal) else np.zeros((1, n))
         return np.concatenate([of_film, self.age.fresh(n)])

@@ -1,4 +1,4 @@
-"""The film law beside voids whose water carries a part of the pressure (`film.voids`)."""
+"""The film law beside voids whose water bears a part of the pressure (`film.voids`)."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from iceslide_fem.scene.lugs import Lugs, lugs_of
 
 @dataclass(frozen=True, eq=False)
 class CarryingFilm:
-    """A `film` law of one viscosity, its `voids`, and the `lugs` that water flows out of.
+    """A `film` law of constant viscosity, its `voids`, and the `lugs` that drain water.
 
-    Internal variables are ln(eta / eta_0) = 0 and the B of the lug above (m), first the longest.
-    brought: the water (m) that lies on the ice at places x (m).
+    Internal variables are ln(eta / eta_0) = 0, and the length B of the lug above (m), initially of
+    the longest lug. brought: function from positions x (m) to the water height on the ice (m).
     """
 
     film: FilmLaw
@@ -40,15 +40,15 @@ class CarryingFilm:
 
     @property
     def internal_at_start(self) -> tuple[float, ...]:
-        """Of films below the longest lug."""
+        """Initial values: films below the longest lug."""
         return 0.0, self.lugs.longest
 
     def frame(self, asked: str) -> str:
-        """As the scene has it."""
+        """The frame that the scene has `asked` for."""
         return asked
 
     def initial(self, film_height: float, n: int) -> tuple[Array, Array, Array]:
-        """Films of the height (m), and what the ice brings in the voids."""
+        """Films of the height (m), and voids with the water on the ice."""
         return np.full(n, np.log(film_height)), self.brought(np.zeros(n)), self._below(n)
 
     def films(self, height: Array, temperature: Array) -> tuple[Array, Array]:
@@ -62,11 +62,11 @@ class CarryingFilm:
         return CarryingLoads(self.voids, touching, pressure, fade, self.film.viscosity)
 
     def sheared(self, state: InterfaceState, temperature: Callable[[], Array]) -> Sheared:
-        """Shear of films as they are in `state`, beside voids with the water that they have."""
+        """The shear law of films in `state`, beside voids with their present water."""
         return self.over(np.exp(state.log_height), state.squeezed_height)
 
     def at_start(self, film_height: float, n: int) -> Sheared:
-        """Shear of `n` films of the height (m)."""
+        """The shear law of `n` films of the height (m)."""
         return self.over(np.full(n, film_height), self.brought(np.zeros(n)))
 
     def film_height(self, state: InterfaceState) -> Array:
@@ -78,11 +78,11 @@ class CarryingFilm:
         return self.film.height_at(state, read)
 
     def read(self, shearing: Array, internal: Array, speed: Array) -> Sheared:
-        """As of `FilmLaw`, where asperities bear all of the pressure."""
+        """As of `FilmLaw`, with all pressure on the asperities."""
         return self.film.read(shearing, internal, speed)
 
     def over(self, film_height: Array, water: Array) -> Sheared:
-        """Shear of films of these heights beside voids with this water (m), (n,)."""
+        """The shear law of films of these heights beside voids with this water (m), (n,)."""
 
         def shear(pressure: Array, speed: Array) -> tuple[Array, Array, Array]:
             height, full = (part.reshape(pressure.shape) for part in (film_height, water))
@@ -94,11 +94,11 @@ class CarryingFilm:
         return shear
 
     def reported(self, internal: Array, pressure: Array) -> Mapping[str, Array]:
-        """Nothing that its internal variables say."""
+        """No columns: no internal variable is reported."""
         return {}
 
     def outside(self, pressure: Array) -> Mask:
-        """Whether the table of k, D, H_V does not cover the pressure."""
+        """Mask of pressures outside the table of k, D, H_V."""
         return self.film.outside(pressure)
 
     def _below(self, n: int) -> Array:

@@ -1,4 +1,4 @@
-"""Coulomb's friction, tau = mu p, with mu a number or a small table over temperature and speed."""
+"""Coulomb friction, tau = mu p, with mu a number or a table over temperature and speed."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene.mu_table import LARGEST, read_table
 
-if TYPE_CHECKING:  # takes long to import, and only tables need it
+if TYPE_CHECKING:  # slow import, needed for tables only
     from scipy.interpolate import RegularGridInterpolator
 
-# The temperature and the heat that makes it are found by so many bisections, to 1e-12 of a kelvin.
+# Bisections for the temperature consistent with its heat, to 1e-12 K.
 BISECTIONS = 50
 
 
 class Coulomb:
-    """mu of the surface's temperature (K) and the slip speed (m/s), at the nearest edge outside."""
+    """mu over surface temperature (K) and slip speed (m/s); constant beyond the table."""
 
     fields: Mapping[str, float] = {}
 
@@ -30,7 +30,7 @@ class Coulomb:
 
     @classmethod
     def of(cls, mu: float | None, table: Path | None) -> Self:
-        """With the number `mu`, or the file of a `table`. Raises SceneError."""
+        """Build from the number `mu`, or from the file of a `table`. Raises SceneError."""
         return cls(read_table(table) if table is not None else mu or 0.0)
 
     def coefficient(self, temperature: Array, speed: Array) -> Array:
@@ -44,7 +44,7 @@ class Coulomb:
     def respond(
         self, contact: Contact, state: Mapping[str, Array], surface: Surface, dt: float
     ) -> Response:
-        """Shear at the temperature at the end of the step, which its own heat decides."""
+        """Shear at the temperature at the end of the step, consistent with the friction heat."""
         p, v = contact
         low = surface.offset
         high = np.maximum(low, surface.temperature(LARGEST * p * np.abs(v)))

@@ -18,9 +18,9 @@ from iceslide_fem.scene import Scene
 from iceslide_fem.scene.contact_table import ContactLaw
 from iceslide_fem.scene.materials import WATER_VISCOSITY, ViscosityTable
 
-# Shear is faded in up to this fraction of the nominal pressure, or more slowly where it would
-# follow the pressure more steeply than this friction coefficient. Points that touch and lift under
-# a coefficient of hundreds have no single equilibrium.
+# Shear fades in up to this fraction of the nominal pressure. It fades in more slowly if its slope
+# with pressure would exceed this friction coefficient: points that touch and lift under a
+# coefficient of hundreds have several equilibria.
 RAMP_SHARE, STEEPEST_RAMP = 0.05, 10.0
 
 
@@ -28,11 +28,10 @@ RAMP_SHARE, STEEPEST_RAMP = 0.05, 10.0
 class FilmLaw:
     """The film law with the parameters that follow from the contact pressure.
 
-    parameters: k, D, H_V of the pressure; nominal: the pressure (Pa) that they and the squeeze
-    term follow instead of the local one, or None; ramp_pressure: shear is faded in over this
-    pressure (Pa), because the film's shear does not vanish with p and would jump where an edge
-    touches down; viscosity: eta of the water (Pa s), of a `table` that at the ice's initial
-    temperature.
+    parameters: k, D, H_V over pressure; nominal: pressure (Pa) used for them and for squeeze-out
+    instead of the local one, or None; ramp_pressure: pressure (Pa) over which shear fades in,
+    because film shear does not vanish with p and would jump at touchdown; viscosity: eta of water
+    (Pa s), with a `table` that at the ice's initial temperature.
     """
 
     parameters: ContactLaw
@@ -47,21 +46,21 @@ class FilmLaw:
 
     @property
     def freezes(self) -> bool:
-        """Whether water freezes that friction does not keep warm, also where no rubber is."""
+        """Whether water freezes when friction heat is too low, also on uncovered ice."""
         return False
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """The viscosity, where it follows the temperature."""
+        """The viscosity, if it depends on temperature."""
         return () if self.table is None else (FILM_VISCOSITY,)
 
     @property
     def internal_at_start(self) -> tuple[float, ...]:
-        """ln(eta / eta_0) = 0, where the viscosity follows the temperature."""
+        """ln(eta / eta_0) = 0, if the viscosity depends on temperature."""
         return (0.0,) * len(self.columns)
 
     def frame(self, asked: str) -> str:
-        """As the scene has it."""
+        """The frame that the scene has `asked` for."""
         return asked
 
     def loads(self, pressure: Array, speed: Array) -> FilmLoads:
@@ -76,22 +75,22 @@ class FilmLaw:
         return film_loads(p, speed, k, D, H_V, self.viscosity, variable_viscosity)
 
     def initial(self, film_height: float, n: int) -> tuple[Array, Array, Array]:
-        """Films of the height (m), nothing squeezed out; with a table ln(eta / eta_0) = 0."""
+        """Films of the height (m) without squeezed-out water; with a table ln(eta / eta_0) = 0."""
         return np.full(n, np.log(film_height)), np.zeros(n), np.zeros((len(self.columns), n))
 
     def films(self, height: Array, temperature: Array) -> tuple[Array, Array]:
-        """ln h and internal variables of films of the height (m) on ice of that temperature (K)."""
+        """ln h and internal variables of films of `height` (m) on ice of `temperature` (K)."""
         if self.table is None:
             return np.log(height), np.zeros((0, height.size))
         viscosity = VariableViscosity(self.table, self.viscosity)
         return np.log(height), viscosity(temperature)[None]
 
     def sheared(self, state: InterfaceState, temperature: Callable[[], Array]) -> Sheared:
-        """Shear of films as they are in `state`, whatever the temperature."""
+        """The shear law of films in `state`, independent of the temperature."""
         return self.over(np.exp(-log_shearing(state)))
 
     def at_start(self, film_height: float, n: int) -> Sheared:
-        """Shear of `n` films of the height (m)."""
+        """The shear law of `n` films of the height (m)."""
         return self.over(np.full(n, film_height))
 
     def film_height(self, state: InterfaceState) -> Array:
@@ -99,22 +98,22 @@ class FilmLaw:
         return np.asarray(np.exp(state.log_height))
 
     def height_at(self, state: InterfaceState, read: Callable[[Array], Array]) -> Array:
-        """Harmonic mean of h (m) of the films around points, which shears as they do together.
+        """Harmonic mean of h (m) of the films around points; it gives their mean shear.
 
-        read: values of films around each point. Collective if that is.
+        read: interpolation from films to points. Collective if `read` is.
         """
         return np.asarray(1.0 / read(np.exp(-state.log_height)))
 
     def read(self, shearing: Array, internal: Array, speed: Array) -> Sheared:
-        """Shear of films around points, of these eta / (eta_0 h) (1/m), (n,)."""
+        """The shear law of points with the mean `shearing` eta / (eta_0 h) (1/m), (n,)."""
         return self.over(1.0 / shearing)
 
     def reported(self, internal: Array, pressure: Array) -> Mapping[str, Array]:
-        """The viscosity (Pa s) of films that keep ln(eta / eta_0), (1, n)."""
+        """The viscosity (Pa s) from the internal variable ln(eta / eta_0), (1, n)."""
         return dict(zip(self.columns, self.viscosity * np.exp(internal), strict=True))
 
     def over(self, film_height: Array) -> Sheared:
-        """Shear of films of these heights over eta / eta_0 (n,), m."""
+        """The shear law of films with these h eta_0 / eta (m), (n,)."""
 
         def shear(pressure: Array, speed: Array) -> tuple[Array, Array, Array]:
             height = film_height.reshape(pressure.shape)
@@ -133,15 +132,15 @@ class FilmLaw:
         return ramp * k * factor, (slope * k + ramp * dk_dp) * factor
 
     def outside(self, pressure: Array) -> Mask:
-        """Whether the table of k, D, H_V does not cover the pressure at which it is read."""
+        """Mask of pressures outside the table of k, D, H_V."""
         return self.parameters.outside(self.read_at(pressure))
 
     def read_at(self, pressure: Array) -> Array:
-        """The pressure that k, D, H_V and the squeeze term follow, Pa."""
+        """The pressure for k, D, H_V and squeeze-out, Pa: local or nominal."""
         return pressure if self.nominal is None else np.full_like(pressure, self.nominal)
 
     def ramp(self, pressure: Array) -> tuple[Array, Array]:
-        """By how much shear is faded in at a pressure (Pa), and its derivative, 1/Pa."""
+        """Fade-in factor of the shear at a pressure (Pa), and its derivative, 1/Pa."""
         x = pressure / self.ramp_pressure
         return np.clip(x, 0.0, 1.0), np.where((x > 0.0) & (x < 1.0), 1.0 / self.ramp_pressure, 0.0)
 
@@ -158,10 +157,10 @@ def film_law(scene: Scene) -> FilmLaw:
 
 
 def default_ramp(scene: Scene, height: float) -> float:
-    """Pressure (Pa) up to which shear is faded in, at most the nominal pressure.
+    """Pressure (Pa) over which shear fades in, at most the nominal pressure.
 
-    It follows from the shear at first, k eta v / h, with the `height` h (m) that shears then. Of
-    loads that go in time the least pressure and the top speed count.
+    It follows from the initial shear k eta v / h with the initial `height` h (m). For loads that
+    change in time it uses the least pressure and the largest speed.
     """
     if not height:
         return scene.load.pressures.smallest

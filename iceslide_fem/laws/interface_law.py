@@ -1,8 +1,8 @@
-"""What the solver asks of a friction law at contact points, whoever wrote it.
+"""The interface of a friction law at contact points, as the solver uses it.
 
 `InterfaceLaw` is the law of a scene. The film (`laws.film`) and laws of the published protocol
-(`laws.user_law`) implement it; `laws.table` chooses. Its loads (`film.integrators.Loads`) are what
-acts at an end of a step.
+(`laws.user_law`) implement it; `laws.table` chooses the law. Its loads (`film.integrators.Loads`)
+hold at one end of a step.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from typing import Protocol
 from iceslide_fem.film.integrators import InterfaceState, Loads
 from iceslide_fem.runtime.arrays import Array, Mask
 
-# Shear (Pa) of pressures (Pa) and slip speeds (m/s), and its derivatives by both; arrays (n,) or
-# any other shape of as many.
+# Shear law: function of pressures (Pa) and slip speeds (m/s). It returns the shear (Pa) and its
+# derivatives with both. Arrays are (n,) or have any other shape of n entries.
 Sheared = Callable[[Array, Array], tuple[Array, Array, Array]]
 
 
@@ -23,25 +23,25 @@ class InterfaceLaw(Protocol):
 
     @property
     def name(self) -> str:
-        """What messages call it."""
+        """Name of the law in messages."""
 
     @property
     def has_film(self) -> bool:
-        """Whether films of water with the scene's k, D and H_V separate rubber and ice.
+        """Whether water films with the scene's k, D and H_V separate rubber and ice.
 
-        Then a point's steps end where its film begins to melt and where its voids are full.
+        Steps at a point then end at melt onset and at saturation of the voids.
         """
 
     @property
     def viscous(self) -> bool:
         """Whether shear is proportional to the slip speed at a given state.
 
-        Then it falls as fast as the speed, and cannot jump. Of other laws nothing is assumed.
+        Shear then vanishes with the speed and cannot jump. Nothing is assumed of other laws.
         """
 
     @property
     def fault(self) -> str | None:
-        """What a law has done wrong on this rank, or None."""
+        """Message about an invalid result of the law on this rank, or None."""
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -49,36 +49,39 @@ class InterfaceLaw(Protocol):
 
     @property
     def internal_at_start(self) -> tuple[float, ...]:
-        """Initial values of the internal variables, one for each."""
+        """Initial value of each internal variable."""
 
     def frame(self, asked: str) -> str:
-        """Where the history lives if ice slides, "ice" or "rubber", if the scene has `asked`.
+        """Frame of the history on sliding ice, "ice" or "rubber"; asked: that of the scene.
 
-        What lives on the ice is held by its nodes (`interface.build.ON_ICE`).
+        History on the ice is held by its nodes (`interface.build.ON_ICE`).
         """
 
     def initial(self, film_height: float, n: int) -> tuple[Array, Array, Array]:
         """ln h (h in m), H_s (m) and internal variables (m, n) of `n` points at the start."""
 
     def films(self, height: Array, temperature: Array) -> tuple[Array, Array]:
-        """What `initial` says of ln h and internal variables, of films of the height (m) on ice
-        whose surface has the temperature (K), (n,).
+        """ln h and internal variables as of `initial`, for given films and ice.
+
+        height: of the films, m; temperature: of the ice's surface, K; both (n,).
         """
 
     def loads(self, pressure: Array, speed: Array) -> Loads:
-        """What acts at local `pressure` (Pa) and slip `speed` (m/s), (n,)."""
+        """Loads at local `pressure` (Pa) and slip `speed` (m/s), (n,)."""
 
     def sheared(self, state: InterfaceState, temperature: Callable[[], Array]) -> Sheared:
-        """Shear of points in `state` on ice of that temperature (K)."""
+        """The shear law of points in `state`, on ice of `temperature` (K)."""
 
     def at_start(self, film_height: float, n: int) -> Sheared:
-        """Shear of `n` points at the start, on films of the height (m) where there are films."""
+        """The initial shear law of `n` points, with films of the height (m) if the law has
+        films.
+        """
 
     def film_height(self, state: InterfaceState) -> Array:
-        """Film heights (n,), m; NaN of a law without a film."""
+        """Film heights (n,), m; NaN for a law without films."""
 
     def reported(self, internal: Array, pressure: Array) -> Mapping[str, Array]:
         """Column -> values, SI, of internal variables (m, n) under pressures (Pa), (n,)."""
 
     def outside(self, pressure: Array) -> Mask:
-        """Where the law has no data for the pressure."""
+        """Mask of pressures for which the law has no data."""

@@ -1,4 +1,4 @@
-"""A friction law in a file of the user's own, read and checked."""
+"""A friction law in a user's file, read and checked."""
 
 from __future__ import annotations
 
@@ -10,13 +10,14 @@ from pathlib import Path
 from iceslide_fem.laws.protocol import Law
 from iceslide_fem.runtime.errors import SceneError
 
-CARRIERS = ("ice", "rubber")  # where a law's state lives
+CARRIERS = ("ice", "rubber")  # where the state of a law is held
 
 
 def read_law(path: Path, name: str, parameters: Mapping[str, float]) -> tuple[Law, str]:
-    """The class `name` in the file at `path`, made with `parameters` as keywords, and its name.
+    """An instance of the class `name` in the file at `path`, and its name in messages.
 
-    Runs the file. Raises SceneError, one sentence, where it cannot be loaded or is no law.
+    `parameters` are its keyword arguments. Executes the file. Raises SceneError if the file cannot
+    be loaded or does not contain a law.
     """
     where = f"friction.law = {path.name}:{name}"
     spec = importlib.util.spec_from_file_location(f"_law_{path.stem}", path)
@@ -43,7 +44,7 @@ def read_law(path: Path, name: str, parameters: Mapping[str, float]) -> tuple[La
 
 
 def _check(law: Law, where: str) -> None:
-    """Raise SceneError unless fields are names with finite numbers and respond can be called."""
+    """Raise SceneError unless fields have finite numbers and respond is callable."""
     fields = law.fields
     good = isinstance(fields, Mapping) and all(
         isinstance(key, str)

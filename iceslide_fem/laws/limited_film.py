@@ -1,4 +1,4 @@
-"""The film law under a limiting shear stress: dry rubber and ice where films are thin or slow.
+"""The film law with a limiting shear stress, that of dry rubber on ice.
 
 The equations are those of `film.limiting_shear`.
 """
@@ -25,8 +25,8 @@ from iceslide_fem.scene.shear_strength import ShearStrength
 class LimitedFilm(FilmLaw):
     """The film law with a `limit`.
 
-    At the start tau_b is the `first_strength` (Pa), under films of the `first_height` (m) and at
-    the slip speed `first_speed` (m/s). The ice melts at the `melting_temperature` (K).
+    Initial values: tau_b `first_strength` (Pa), film height `first_height` (m), slip speed
+    `first_speed` (m/s). The ice melts at `melting_temperature` (K).
     """
 
     limit: LimitingShear
@@ -39,7 +39,7 @@ class LimitedFilm(FilmLaw):
 
     @property
     def freezes(self) -> bool:
-        """As the scene has it."""
+        """Whether the scene has freezing films."""
         return self.limit.freezes
 
     @property
@@ -49,7 +49,7 @@ class LimitedFilm(FilmLaw):
 
     @property
     def internal_at_start(self) -> tuple[float, ...]:
-        """Those of `LimitingShear.internal`."""
+        """Initial values as of `LimitingShear.internal`."""
         first, strength = self.initial(self.first_height, 1)[2][:, 0]
         return float(first), float(strength)
 
@@ -58,7 +58,7 @@ class LimitedFilm(FilmLaw):
         return super().loads(pressure, speed)._replace(limit=self.limit)
 
     def initial(self, film_height: float, n: int) -> tuple[Array, Array, Array]:
-        """Films of the height (m), nothing squeezed out, on ice that is as cold as at first."""
+        """Films of the height (m) without squeezed-out water, on ice at its initial temperature."""
         height = np.full(n, film_height)
         strength, speed = np.full(n, self.first_strength), np.full(n, self.first_speed)
         internal = self.limit.internal(height, speed, strength)
@@ -71,7 +71,7 @@ class LimitedFilm(FilmLaw):
         return self.limit.log_height(height), self.limit.internal(height, speed, strength)
 
     def sheared(self, state: InterfaceState, temperature: Callable[[], Array]) -> Sheared:
-        """Shear of films as they are in `state`, of the strength that they have there."""
+        """The shear law of films in `state`, with their present strength."""
         return self.limited(self.limit.height(state.log_height), state.internal[1])
 
     def at_start(self, film_height: float, n: int) -> Sheared:
@@ -91,7 +91,7 @@ class LimitedFilm(FilmLaw):
         return {SHEAR_STRENGTH: internal[1]}
 
     def read(self, shearing: Array, internal: Array, speed: Array) -> Sheared:
-        """Shear of films around points, of these 1 / (h + h_b) (1/m) at slip speeds (m/s), (n,)."""
+        """The shear law of points with the mean `shearing` 1 / (h + h_b) (1/m), (n,)."""
         whole, drag = 1.0 / shearing, self.limit.drag(speed)
         dry = np.minimum(drag / internal[1], whole)
         return self.limited(whole - dry, drag / dry)
@@ -110,7 +110,7 @@ class LimitedFilm(FilmLaw):
 
 
 def limited_film(scene: Scene, strength: ShearStrength) -> LimitedFilm:
-    """The film law of the scene with tau_b of this `strength`."""
+    """The film law of the scene, limited by tau_b from `strength`."""
     film, speeds = film_law(scene), scene.load.speeds
     limit = LimitingShear.of(strength, film.viscosity, speeds.largest, scene.film.refreeze)
     coldest = np.array([scene.ice.melting_temperature - scene.ice.temperature])

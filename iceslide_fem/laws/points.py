@@ -1,4 +1,4 @@
-"""Any friction law at points of the contact that step together."""
+"""Integration of any friction law at contact points with common steps."""
 
 from __future__ import annotations
 
@@ -17,14 +17,15 @@ from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import NotConverged, SimulationStopped
 from iceslide_fem.scene.course import Course
 
-WHOLE = np.ones(1)  # of the pressure, at one point
+WHOLE = np.ones(1)  # one point with the whole pressure
 FIRST_STEP, SHORTEST_STEP, LONGEST_STEP = 1e-5, 1e-13, 0.01  # of the duration
 
 
 class Moment(NamedTuple):
-    """Points at a time (s): the step that led there and its length (None and 0 at the start).
+    """State of the points at a time (s).
 
-    shear: Pa, (n,); rejected: steps tried before that one.
+    step, dt: the step that ends there and its length (None and 0 at the start); shear: Pa, (n,);
+    rejected: number of rejected trials of this step.
     """
 
     time: float
@@ -50,15 +51,15 @@ def moments(
     film_height: float = 1.0,
     start: InterfaceState | None = None,
 ) -> Iterator[Moment]:
-    """The start and every accepted step under a pressure (Pa) and a slip speed (m/s).
+    """The start and every accepted step, under pressure (Pa) and slip speed (m/s) over time.
 
-    Steps end on their corners. `fractions` (n,) of that pressure are those of the points. Films
-    begin with `film_height` (m), where a law has them, on ice and rubber as at first; or all is as
-    `start` has left it.
+    Steps end on kinks of the loads. `fractions` (n,) are the points' fractions of the pressure.
+    Films begin with `film_height` (m), if the law has films, on ice and rubber at their initial
+    temperatures. A given `start` replaces this initial state.
 
-    `tolerance` is the relative error of mu aimed at, `temperature_scale` (K) that of surface
-    temperatures; without an estimate of the integrator all steps are `max_step` (s). Raises
-    SimulationStopped where the law is at fault or no step is short enough.
+    tolerance: target relative error of mu; temperature_scale: reference of errors of surface
+    temperatures, K. An integrator without an error estimate makes steps of `max_step` (s). Raises
+    SimulationStopped if the law returns an invalid result or no step is short enough.
     """
     n = fractions.size
     log_height, squeezed, internal = law.initial(film_height, n)
@@ -93,7 +94,7 @@ def moments(
         _stop_at_fault(law, time)
         if adaptive:
             error /= integrator.allowed * tolerance
-        elif np.isfinite(error):  # nobody could choose another step
+        elif np.isfinite(error):  # a fixed step cannot be shortened
             error = 0.0
         following = dt * float(step_factor(error, max(integrator.estimate_order, 1)))
         if not error <= 1.0:

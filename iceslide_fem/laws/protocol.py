@@ -1,4 +1,4 @@
-"""The protocol of a friction law: what the program gives it, and what it has to return.
+"""The protocol of a user's friction law: its arguments and its result.
 
 A law is a class with two members, in a file that a scene names
 (`friction.law = "my_law.py:MyLaw"`):
@@ -6,32 +6,31 @@ A law is a class with two members, in a file that a scene names
     fields                                            state of the law: name -> value at the start
     respond(contact, state, surface, dt) -> Response  one step, at all points at once
 
-and, if it likes,
+and one optional member
 
     carrier                                           "rubber" or "ice": where the state lives
 
-All values are SI. Arrays have one shape (n,), an entry per contact point; n may be 0 and changes
-from call to call: a law knows no point by its number.
+All values are SI. Arrays have the shape (n,), one entry per contact point. n may be 0 and changes
+from call to call, so a law must not identify points by index.
 
 contact: `pressure` (Pa, 0 where nothing touches) and `speed` of slip (m/s) at the end of the step.
 state: for every name of `fields` its array at the start of the step, which must not be changed.
-surface: how warm the ice gets at the end of the step under the heat that it is to be given,
-`surface.temperature(heat)`; with heat in the rubber that is the answer of both bodies together.
-carrier: where ice slides, the state stays with points of the rubber, or with places of the ice,
-which come in at the leading edge with the values at the start and change while they are in contact.
-Without it the scene's `film.carrier` decides.
-dt: length of the step, s. It may be 0: then only the shear of that state is asked for.
+surface: gives the ice's surface temperature at the end of the step under a heat flux,
+`surface.temperature(heat)`. With heat in the rubber this is the joint response of both bodies.
+carrier: on sliding ice the state is held either by points of the rubber or by places on the ice.
+Places on the ice enter at the leading edge with the initial values and change while they are in
+contact. Without this member the scene's `film.carrier` decides.
+dt: length of the step, s. With dt = 0 only the shear of the given state is needed.
 
-A step is one of implicit Euler: the new state fulfils state + dt * rate(new state). From such steps
-the program builds a Runge-Kutta method of second order with an estimate of its error, and turns
-that into the error of the shear; a law estimates nothing itself. What is explicit works, too, with
-shorter steps. `respond` is a pure function: it is called many times for a step, with trial values,
-also of steps that are then refused, so it keeps nothing of its own.
+A step is an implicit Euler step: new state = state + dt * rate(new state). From such steps the
+program builds a second-order Runge-Kutta method with an error estimate, so a law estimates no
+error. An explicit step also works, with shorter steps. `respond` must be a pure function: it is
+called many times per step with trial values, also in rejected steps. It must not store anything.
 
-The shear acts against sliding and must go to zero with the pressure: otherwise a contact chatters
-whose edges lift. All friction work becomes heat, shear * speed, unless the law says otherwise
-(`Response.heat`). Ice that would become warmer than it melts melts: the program sees to that. A law
-that stores or frees energy makes the run's ledger fail to close, and the run stops.
+The shear acts against sliding and must vanish with the pressure. Otherwise contact chatters at
+lifting edges. All friction work, shear * speed, becomes heat, unless the law returns another
+`Response.heat`. The program handles melting: ice at the melting point melts. If a law stores or
+frees energy, the energy balance does not close, and the run stops.
 """
 
 from __future__ import annotations
@@ -45,7 +44,7 @@ from iceslide_fem.runtime.arrays import Array
 
 
 class Contact(NamedTuple):
-    """What acts at the points: pressure (Pa) and slip speed (m/s), arrays (n,)."""
+    """Loads at the points: pressure (Pa) and slip speed (m/s), arrays (n,)."""
 
     pressure: Array
     speed: Array
@@ -54,7 +53,7 @@ class Contact(NamedTuple):
 class Surface(NamedTuple):
     """The ice's surface at the end of a step: offset (K), resistance (K m2/W), melting point (K).
 
-    The last may be a number; melted_flux is what the ice takes (W/m2) when it melts.
+    The melting point may be a scalar. melted_flux: heat flux into melting ice, W/m2.
     """
 
     offset: Array
@@ -69,10 +68,10 @@ class Surface(NamedTuple):
 
 
 class Response(NamedTuple):
-    """What a law returns: arrays (n,).
+    """The result of a law; arrays (n,).
 
-    shear: stress, Pa; by_pressure: its derivative by the pressure, 1; heat: W/m2, None for shear *
-    speed; state: name -> value at the end of the step, all fields.
+    shear: stress, Pa; by_pressure: derivative of shear with pressure, 1; heat: W/m2, None for shear
+    * speed; state: name -> value at the end of the step, for all fields.
     """
 
     shear: Array
@@ -82,7 +81,7 @@ class Response(NamedTuple):
 
 
 class Law(Protocol):
-    """A friction law; the module says what its members mean.
+    """A friction law. The module docstring explains its members.
 
     A scene names the file and the class: `friction.law = "my_law.py:Growing"`.
 

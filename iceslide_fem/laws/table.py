@@ -1,6 +1,6 @@
-"""The friction law of a scene: a row for each name that `friction.law` may have.
+"""The friction law of a scene: one row for each name of `friction.law`.
 
-Any other value names a class in a file of the user's own.
+Any other value names a class in a user's file.
 """
 
 from __future__ import annotations
@@ -48,9 +48,7 @@ def user_law(scene: Scene) -> UserLaw:
 
 
 def film(scene: Scene) -> FilmLaw | AgedFilm | CarryingFilm:
-    """The film law: under a limiting shear stress, at the contact's age, beside voids that carry,
-    as the scene has it.
-    """
+    """The film law, with the scene's options: limiting shear, contact age, or voids that carry."""
     strength = scene.shear_strength
     law = film_law(scene) if strength is None else limited_film(scene, strength)
     if scene.film.voids == "carry":

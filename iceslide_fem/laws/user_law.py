@@ -1,8 +1,8 @@
-"""A law of the published protocol as the solver asks for it (`laws.interface_law`).
+"""A law of the published protocol as an interface law (`laws.interface_law`).
 
-Its state is one array here, and its answers are checked. A fault is kept, not raised: ranks that
-step together must also stop together (`coupling.sliding` asks for it). Until then the answer is
-NaN, which no step accepts.
+Its state is one array, and its results are checked. A fault is stored, not raised, because all
+ranks must stop together (`coupling.sliding` checks for it). Until then the result is NaN, which no
+step accepts.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ from iceslide_fem.laws.protocol import Contact, Law, Response, Surface
 from iceslide_fem.laws.user_stage import Answer, UserLoads
 from iceslide_fem.runtime.arrays import Array, Mask
 
-# Relative change of the slip speed by which the shear's derivative is taken.
+# Relative increment of the slip speed for the numerical derivative of the shear.
 SPEED_CHANGE = 1e-6
-# Rubber and ice touch: a layer of water that hardly resists heat (m).
+# Rubber and ice touch: a water layer (m) of negligible thermal resistance.
 NO_FILM = 1e-9
 
 
 class UserLaw:
-    """`law`, of which messages speak as `name`, on ice that melts at `melting_temperature` (K).
+    """A user's `law`, called `name` in messages, on ice that melts at `melting_temperature` (K).
 
-    temperature: of the ice at the start, K; fault: what the law did wrong, or None.
+    temperature: initial, of the ice, K; fault: message about an invalid result, or None.
     """
 
     has_film: ClassVar[bool] = False
@@ -42,24 +42,24 @@ class UserLaw:
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """The fields with law_ before the law's own names."""
+        """The names of the fields with the prefix law_."""
         return tuple(f"law_{field}" for field in self.fields)
 
     @property
     def internal_at_start(self) -> tuple[float, ...]:
-        """Of the fields."""
+        """Initial values of the fields."""
         return tuple(self.fields.values())
 
     def frame(self, asked: str) -> str:
-        """As the law says, else as `asked`; "rubber" where there is no history."""
+        """The frame of the law, else that `asked` for; "rubber" without a history."""
         return (self._frame or asked) if self.fields else "rubber"
 
     def initial(self, film_height: float, n: int) -> tuple[Array, Array, Array]:
-        """No film, nothing squeezed out, and the law's own state of `n` points."""
+        """No film, no squeezed-out water, and the law's initial state of `n` points."""
         return np.full(n, np.log(NO_FILM)), np.zeros(n), self._internal(n)
 
     def films(self, height: Array, temperature: Array) -> tuple[Array, Array]:
-        """No film, and the law's own state at the start."""
+        """No film, and the law's initial state."""
         return np.full_like(height, np.log(NO_FILM)), self._internal(height.size)
 
     def loads(self, pressure: Array, speed: Array) -> UserLoads:
@@ -67,7 +67,7 @@ class UserLaw:
         return UserLoads(self, np.maximum(pressure, 0.0), speed)
 
     def sheared(self, state: InterfaceState, temperature: Callable[[], Array]) -> Sheared:
-        """Shear in `state` on ice of that temperature (K)."""
+        """The shear law in `state`, on ice of `temperature` (K)."""
         return self._over(state.internal, temperature())
 
     def at_start(self, film_height: float, n: int) -> Sheared:
@@ -79,11 +79,11 @@ class UserLaw:
         return np.full_like(state.log_height, np.nan)
 
     def reported(self, internal: Array, pressure: Array) -> Mapping[str, Array]:
-        """The fields by their columns."""
+        """The fields under their column names."""
         return dict(zip(self.columns, internal, strict=True))
 
     def outside(self, pressure: Array) -> Mask:
-        """Nowhere: no table is read."""
+        """False everywhere: there is no table."""
         return np.zeros(pressure.shape, dtype=bool)
 
     def respond(
@@ -94,7 +94,7 @@ class UserLaw:
         surface: Surface,
         dt: Array | float,
     ) -> Answer:
-        """The law's answer; NaN, and a `fault`, where it is none."""
+        """The law's result; NaN and a `fault` if it is invalid."""
         n = pressure.size
         state = dict(zip(self.fields, internal.copy(), strict=True))
         try:
@@ -104,7 +104,7 @@ class UserLaw:
             return self._checked(given, speed, n)
         except _Wrong as wrong:
             fault = str(wrong)
-        except Exception as error:  # whatever a person's code may raise
+        except Exception as error:  # user code may raise anything
             fault = f"raises {type(error).__name__}: {error}"
         self.fault = self.fault or f"the friction law {self.name} {fault}"
         nan = np.full(n, np.nan)
@@ -113,8 +113,9 @@ class UserLaw:
     def shear(
         self, pressure: Array, speed: Array, internal: Array, temperature: Array
     ) -> tuple[Array, Array, Array]:
-        """Shear (Pa) of a state on ice of `temperature` (K), and its derivatives by pressure and
-        by speed; arrays of any one shape, internal (m, n).
+        """Shear (Pa) of a state on ice of `temperature` (K), and its two derivatives.
+
+        They are with pressure and with speed. Arrays have one shape; internal is (m, n).
         """
         shape, zero = pressure.shape, np.zeros(pressure.size)
         T_m, most = self._melting_temperature, np.full(pressure.size, np.inf)
@@ -150,7 +151,7 @@ class UserLaw:
 
 
 class _Wrong(Exception):
-    """An answer is none."""
+    """A result is invalid."""
 
 
 def _array(what: str, value: object, n: int) -> Array:

@@ -1,8 +1,7 @@
-"""A law of the published protocol in one implicit stage, and the error of its steps.
+"""A user law in one implicit stage, and the error of its steps.
 
-What a law leaves to the solver: heat goes into ice and rubber, ice melts where it would get warmer
-than that, and steps of implicit Euler become Runge-Kutta steps. Beside a law there is no water
-film; the values of the film stay as they are.
+The solver does the rest: heat flows into ice and rubber, ice melts at T_m, and implicit Euler steps
+form Runge-Kutta steps. A user law has no water film; the film's values stay constant.
 """
 
 from __future__ import annotations
@@ -19,11 +18,11 @@ from iceslide_fem.film.rubber_heat import RubberHeat
 from iceslide_fem.laws import protocol
 from iceslide_fem.runtime.arrays import Array, Index
 
-WARMER = 1e-4  # K, by which the fall of the heat with temperature is found
+WARMER = 1e-4  # K, increment for the numerical derivative of heat with temperature
 
 
 class Answer(NamedTuple):
-    """A response with its state as one array: shear, by_pressure, heat (n,), internal (m, n)."""
+    """A response with its state in one array: shear, by_pressure, heat (n,), internal (m, n)."""
 
     shear: Array
     by_pressure: Array
@@ -32,7 +31,7 @@ class Answer(NamedTuple):
 
 
 class CheckedLaw(Protocol):
-    """A law whose state is one array and whose answers are checked."""
+    """A law with its state in one array and checked results."""
 
     def respond(
         self,
@@ -42,28 +41,28 @@ class CheckedLaw(Protocol):
         surface: protocol.Surface,
         dt: Array | float,
     ) -> Answer:
-        """What the law answers in a step of `dt` (s) to pressure (Pa) and slip speed (m/s)."""
+        """Response in a step of `dt` (s) to pressure (Pa) and slip speed (m/s)."""
 
     def shear(
         self, pressure: Array, speed: Array, internal: Array, temperature: Array
     ) -> tuple[Array, Array, Array]:
-        """Shear (Pa) on ice of `temperature` (K), its derivatives by pressure and by speed."""
+        """Shear (Pa) on ice of `temperature` (K), and its derivatives with pressure and speed."""
 
 
 class Places(Protocol):
-    """Places that hold the internal variables, where these are not the points themselves."""
+    """Places, other than the points, that hold the internal variables."""
 
     def at_points(self, internal: Array) -> Array:
-        """Internal variables (m, n) at the points of those at the places. Collective."""
+        """Internal variables interpolated to the points, (m, n). Collective."""
 
     def changed(self, internal: Array, by: Array) -> Array:
-        """Those of the places after points have changed theirs `by` (m, n). Collective."""
+        """Internal variables of the places after changes `by` (m, n) at points. Collective."""
 
 
 class UserLoads(NamedTuple):
-    """What acts under the law at each point: pressure (Pa) and slip speed (m/s).
+    """Loads of a user law at each point: pressure (Pa) and slip speed (m/s).
 
-    places: what holds the internal variables, if it is not the points.
+    places: holder of the internal variables, None if the points hold them.
     """
 
     law: CheckedLaw
@@ -74,11 +73,11 @@ class UserLoads(NamedTuple):
     def begun(
         self, dt: Array | float, state: InterfaceState, ice: IceHeat, rubber: RubberHeat
     ) -> UserLoads:
-        """The loads: they do not follow what has been before."""
+        """These loads: they do not depend on the history."""
         return self
 
     def at(self, end: Self, fraction: float) -> UserLoads:
-        """Loads at `fraction` of a step that ends with `end`, on straight lines."""
+        """Loads at `fraction` of a step that ends with `end`, by linear interpolation."""
         pressure, speed = (a + fraction * (b - a) for a, b in zip(self[1:3], end[1:3], strict=True))
         return UserLoads(self.law, pressure, speed, self.places)
 
@@ -100,7 +99,7 @@ class UserLoads(NamedTuple):
         return UserStage(start.log_height, start.squeezed_height, internal, dt, self)
 
     def internal_after(self, before: Array, stage: FilmStage) -> Array:
-        """Internal variables of the places after the `stage`, which had those `before` it."""
+        """Internal variables of the places after the `stage`, from those `before` it."""
         if self.places is None:
             return stage.internal
         return self.places.changed(before, stage.internal - self.places.at_points(before))
@@ -111,24 +110,24 @@ class UserLoads(NamedTuple):
         return self.law.shear(self.pressure, self.speed, self._at_points(state.internal), warm)[0]
 
     def force(self, step: Step) -> Array:
-        """Size of tau (Pa) at the end of the `step`: its power over the speed, (n,)."""
+        """Magnitude of tau (Pa) at the end of the `step`: its power over the speed, (n,)."""
         speed = np.maximum(np.abs(self.speed), 1e-300)
         return np.asarray(np.abs(step.last.friction_power) / speed)
 
     def shear_change(self, state: InterfaceState, other: InterfaceState, ice: IceHeat) -> Array:
-        """Relative difference (n,) of the shear of the `other` state; 0 where that of `state` is.
-        Collective.
+        """Relative difference (n,) of the shear in the `other` state to that in `state`.
+
+        0 where the shear in `state` is 0. Collective.
         """
         here, there = (self.shear(one, ice) for one in (state, other))
         size = np.abs(here)
         return np.divide(np.abs(there - here), size, out=np.zeros_like(size), where=size > 0.0)
 
     def local_error(self, step: Step, ice: IceHeat, rubber: RubberHeat, scale: Array) -> Array:
-        """Largest relative local error (n,): of the shear, and of surface temperatures over the
-        `scale` (K). Collective.
+        """Largest relative local error (n,): of shear, and of surface temperatures. Collective.
 
-        The first is what the errors of internal variables and ice make of the shear. Infinite where
-        anything is not finite.
+        The error of the shear follows from errors of internal variables and ice. Temperatures are
+        relative to `scale` (K). Infinite if a value is not finite.
         """
         shifted = step.state._replace(
             internal=step.state.internal + step.error(lambda change: change.internal),
@@ -145,7 +144,7 @@ class UserLoads(NamedTuple):
 
 
 class UserStage(NamedTuple):
-    """A law in one implicit stage, as the bodies below and above see it."""
+    """A user law in one implicit stage, as the bodies use it."""
 
     log_height: Array
     squeezed_height: Array
@@ -154,18 +153,18 @@ class UserStage(NamedTuple):
     loads: UserLoads
 
     def height(self, log_height: Array) -> Array:
-        """That of a film which is not there."""
+        """Height of a film that does not exist."""
         return np.exp(log_height)
 
     @property
     def power_at_start(self) -> None:
-        """None: the law gives it for the ice's answer only."""
+        """None: the law needs the thermal response of the ice."""
 
     def solve(self, ice: Surface, near: Array | None = None) -> FilmStage:
-        """What the law makes of the ice's answer; what would warm it above T_m melts it.
+        """The response of the law to the ice's thermal response; excess heat melts ice.
 
-        The heat falls with the ice's temperature as the law lets it where the ice does not melt,
-        and by what holds the ice at T_m where it does: across that corner there is no slope.
+        Without melting, the slope of heat with temperature is that of the law. With melting, it is
+        that of the flux that holds the ice at T_m. No slope is taken across this kink.
         """
         answer = self._response(ice)
         colder = ice.melted_flux - WARMER / ice.resistance

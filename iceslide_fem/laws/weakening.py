@@ -1,11 +1,11 @@
-"""Friction that falls with the slip speed: which scenes have no motion under it, or none to follow.
+"""Velocity-weakening friction: scenes whose motion does not exist or cannot be resolved.
 
-Where the shear falls with the slip speed, tau' = d tau / d v < 0, a disturbance of wave number k on
-elastic rubber grows at the rate G k / |tau'| without inertia: the shorter it is the faster, so that
-no mesh and no step follows it. With inertia, shear waves carry energy away as long as |tau'| is
-below sqrt(rho G), and beyond that it is the same (J. R. Rice, N. Lapusta, K. Ranjith, J. Mech.
-Phys. Solids 49 (2001) 1865). Steady sliding at one speed begins with its solution and stays; a
-speed that changes disturbs it.
+Let the shear fall with the slip speed, tau' = d tau / d v < 0. A disturbance of wave number k on
+elastic rubber without inertia then grows at the rate G k / |tau'|. Short waves grow fastest, so no
+mesh and no step can resolve them. With inertia, shear waves carry energy away if |tau'| is below
+sqrt(rho G); above that the result is the same (J. R. Rice, N. Lapusta, K. Ranjith, J. Mech. Phys.
+Solids 49 (2001) 1865). Steady sliding at constant speed starts on its solution and stays there. A
+changing speed disturbs it.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.units import readable
 from iceslide_fem.scene import Scene
 
-# Times the mean pressure that an edge of a sheared block carries (docs/reference/laws.md).
+# Pressure at an edge of a sheared block over the mean pressure (docs/reference/laws.md).
 EDGE = 8.0
-SPEEDS = 60  # at which the shear is asked for
-SLOWEST = 1e-3  # m/s, of these but 0
+SPEEDS = 60  # number of speeds at which the shear is evaluated
+SLOWEST = 1e-3  # m/s, smallest of these above 0
 
 
 def check_weakening(scene: Scene, law: UserLaw) -> None:

@@ -1,6 +1,6 @@
 """Meshes in input files of Abaqus and CalculiX (.inp): elements, sets, surfaces, instances.
 
-Numbers and names of nodes, elements and sets hold in a scope (`scopes_of`).
+Numbers and names of nodes, elements and sets are valid in a scope (`scopes_of`).
 """
 
 from __future__ import annotations
@@ -35,8 +35,7 @@ _FACET_KINDS = {2: "line", 3: "triangle", 4: "quadrilateral"}  # by nodes
 def load(file: MeshFile) -> TaggedMesh:
     """Read the cells that are named as `file.bodies` and all named sets of facets.
 
-    Names are the same in capitals and small letters. Raises SceneError where the file can't be
-    understood, and as `tagged_mesh` does.
+    Names are case-insensitive. Raises SceneError if the file is invalid, or as `tagged_mesh`.
     """
     try:
         model = _Model(scopes_of(file.path), file.dim)
@@ -58,7 +57,7 @@ def load(file: MeshFile) -> TaggedMesh:
         except ValueError as error:
             if name in needed:
                 raise SceneError(f'{file}: the set "{written}" can\'t be read: {error}') from None
-            continue  # what is wrong with others does not matter
+            continue  # faults of unused sets are ignored
         if word == "ELSET":
             elements = [model.elements[number] for number in members]
             for kind, some in groupby(elements, lambda element: element.kind):
@@ -81,13 +80,13 @@ def _table(rows: Any) -> Any:
 
 
 class _Model:
-    """Nodes and elements of all scopes in a row; what numbers and names stand for in each of them.
+    """Nodes and elements of all scopes in one array, and the names and numbers of each scope.
 
-    dim: that of the cells.
+    dim: dimension of the cells.
     """
 
     def __init__(self, scopes: dict[str, list[Card]], dim: int) -> None:
-        """Raises ValueError where cards can't be understood."""
+        """Read the scopes. Raises ValueError for an invalid card."""
         self.points: list[Array] = []
         self.elements: list[Element] = []
         self._dim, self._scopes = dim, [*scopes]
@@ -110,8 +109,8 @@ class _Model:
     def members(self, word: str, name: str) -> list[Any]:
         """Nodes (NSET), elements (ELSET) or facets (SURFACE) of all sets of one name.
 
-        Facets are tuples of nodes, of one node where a surface is made of nodes. Raises ValueError
-        where a set can't be understood.
+        Facets are tuples of nodes, with one node for a surface of nodes. Raises ValueError for an
+        invalid set.
         """
         having = [scope for scope in self._scopes if (word, scope, name) in self._sets]
         outside, inside = (
@@ -145,7 +144,7 @@ class _Model:
         self._places |= {("NSET", scope, node): first + n for n, node in enumerate(numbers)}
 
     def _add_elements(self, scope: str, card: Card) -> None:
-        """Elements whose lines go on until they have all nodes of their type."""
+        """Add elements; an element's lines continue until it has all nodes of its type."""
         type_ = card.options.get("TYPE", "").upper()
         kind = kind_of(type_)
         size = KINDS[kind].nodes if kind in KINDS else 0
@@ -161,7 +160,7 @@ class _Model:
             places = [self._places.get(("NSET", scope, node), -1) for node in nodes[:size]]
             if (
                 kind == "line3" and -1 not in places
-            ):  # Abaqus has the middle second, other programs last
+            ):  # Abaqus puts the middle node second, other programs last
                 points = np.array([self.points[place] for place in places])
                 middle = np.linalg.norm(points - points.mean(axis=0), axis=1).argmin()
                 places.append(places.pop(middle))
@@ -178,13 +177,13 @@ class _Model:
         self._name("ELSET", scope, card, ids)
 
     def _name(self, word: str, scope: str, card: Card, numbers: list[str]) -> None:
-        """The set that a card of nodes or elements puts them in, as a card of its own."""
+        """Add the set named in a card of nodes or elements, as a separate card."""
         if word in card.options:
             own = Card(word, {word: card.options[word]}, numbers)
             self._sets.setdefault((word, scope, card.label(word)), []).append(own)
 
     def _found(self, word: str, scope: str, item: str, above: tuple[Any, ...]) -> list[Any]:
-        """What a name, a number or `instance.name` stands for; `above`: the sets that it is in."""
+        """Members of a name, a number or `instance.name`; above: the enclosing sets."""
         item = key(item)
         owner, dot, rest = item.partition(".")
         if dot and owner in self._scopes and (word, scope, item) not in self._sets:
@@ -220,7 +219,7 @@ class _Model:
         return found
 
     def _facets(self, scope: str, card: Card, above: tuple[Any, ...]) -> list[tuple[int, ...]]:
-        """Facets of a *SURFACE: by sides of elements, by nodes, or of the surfaces it unites."""
+        """Facets of a *SURFACE: by element sides, by nodes, or as a union of surfaces."""
         kind, combined = card.label("TYPE") or "element", card.label("COMBINE")
         if kind not in ("element", "node") or combined not in ("", "union"):
             what = f"COMBINE={combined}" if combined else f"TYPE={kind}"
@@ -240,7 +239,7 @@ class _Model:
         return facets
 
     def _sides(self, element: Element, side: str) -> list[tuple[int, ...]]:
-        """The facet on a side (S1, E1, ...) of an element, all free ones for ""."""
+        """The facet on a side (S1, E1, ...) of an element, or all free facets for ""."""
         if element.dim == self._dim - 1 and not side.startswith("E"):
             return [element.nodes[: KINDS[first_order(element.kind)].nodes]]  # SPOS, SNEG
         letters = "E" if re.match(rf"(?:{SHELLS})\d", element.type) else "SE"
@@ -257,7 +256,7 @@ class _Model:
 
     @cached_property
     def _cells(self) -> Counter[frozenset[int]]:
-        """Number of cells that have a facet."""
+        """Number of cells of each facet."""
         cells = (element.sides for element in self.elements if element.dim == self._dim)
         return Counter(frozenset(side) for sides in cells for side in sides)
 

@@ -1,8 +1,8 @@
 """The lines of an input file of Abaqus or CalculiX as cards: a keyword, its options, its data.
 
-Keywords and options are the same in capitals and small letters, blanks around them mean nothing,
-a line that begins with `**` is a comment, a keyword line that ends with a comma goes on in the next
-one (Abaqus, input syntax rules).
+Keywords and options are case-insensitive, and blanks around them are ignored. A line that begins
+with `**` is a comment. A keyword line that ends with a comma continues on the next line (Abaqus,
+input syntax rules).
 """
 
 from __future__ import annotations
@@ -14,30 +14,30 @@ from typing import NamedTuple
 from iceslide_fem.runtime.errors import SceneError
 
 DEEPEST = 10  # *INCLUDE in included files
-# They make or move nodes and elements; a mesh without what they make is another one.
+# These keywords generate or move nodes and elements, so the mesh would be wrong without them.
 _GENERATORS = {"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM"}
 _GENERATORS |= {"SYMMETRIC MODEL GENERATION"}
 
 
 class Card(NamedTuple):
-    """keyword: in capitals, `*` not with it; options: by names in capitals; data: its lines."""
+    """keyword: in capitals, without `*`; options: by names in capitals; data: its lines."""
 
     keyword: str
     options: dict[str, str]
     data: list[str]
 
     def label(self, option: str) -> str:
-        """A name that the option gives, as it is compared; "" without it."""
+        """Normalised name given by the option; "" without it."""
         return key(self.options.get(option, ""))
 
 
 def key(name: str) -> str:
-    """A name as it is compared."""
+    """Normalised name for comparison."""
     return name.strip().strip('"').strip().casefold()
 
 
 def items(line: str) -> list[str]:
-    """What stands between the commas of a line, without what is empty."""
+    """Non-empty items of a line, separated by commas."""
     return [item for part in line.split(",") if (item := part.strip())]
 
 
@@ -56,15 +56,16 @@ def read_cards(path: Path) -> Iterator[Card]:
         begun += line
         if not begun.endswith(","):
             card, begun = _card(begun), ""
-            if "INPUT" in card.options:  # its data are in another file
+            if "INPUT" in card.options:  # data in another file
                 card.data.extend(_lines(path, _beside(path, card), 1))
     yield card
 
 
 def scopes_of(path: Path) -> dict[str, list[Card]]:
-    """Cards by the scopes in which numbers and names hold: an instance, a part where a file has no
-    instances, or ("") what stands outside of them. An instance has its own card, then those of its
-    part. Raises SceneError where a file can't be read, ValueError where it can't be understood.
+    """Cards by scope of numbers and names: an instance, a part (without instances), or "".
+
+    "" holds all cards outside of instances and parts. An instance has its own card, then those of
+    its part. Raises SceneError if a file can't be read, ValueError if it is invalid.
     """
     outside: list[Card] = []
     parts: dict[str, list[Card]] = {}
@@ -100,7 +101,7 @@ def _card(line: str) -> Card:
 
 
 def _lines(main: Path, path: Path, depth: int) -> Iterator[str]:
-    """Lines without comments and blanks around them; those of included files in their place."""
+    """Stripped lines without comments, with included files inserted."""
     if depth > DEEPEST:
         raise SceneError(f"rubber.mesh {main}: *INCLUDE goes round in a circle, at {path}")
     try:
@@ -121,7 +122,7 @@ def _beside(path: Path, card: Card) -> Path:
 
 
 def real(text: str) -> float:
-    """A number as Fortran writes it, 1.5D-3, too; an empty field is 0."""
+    """A real number, also in Fortran notation (1.5D-3); an empty field is 0."""
     try:
         return float(text.upper().replace("D", "E") if text.strip() else 0.0)
     except ValueError:
@@ -137,7 +138,7 @@ def whole(text: str) -> int:
 
 
 def span(line: str) -> range:
-    """The numbers that a line of GENERATE gives: first, last, and (or 1) by how much they grow."""
+    """The numbers of a line of GENERATE: first, last and increment (default 1)."""
     try:
         first, last, step = [*map(int, items(line)), 1][:3]
         return range(first, last + (1 if step > 0 else -1), step)

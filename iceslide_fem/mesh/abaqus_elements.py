@@ -1,4 +1,4 @@
-"""Elements of Abaqus and CalculiX: what their types stand for, and their sides."""
+"""Element types of Abaqus and CalculiX, and their sides."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _FAMILIES = [  # what a type's name begins with, dimension, number of nodes by t
 
 
 class Element(NamedTuple):
-    """nodes: their places in the model, -1 where the file has no such node."""
+    """nodes: indices in the model, -1 for a node missing in the file."""
 
     type: str
     kind: str
@@ -27,7 +27,7 @@ class Element(NamedTuple):
 
     @property
     def dim(self) -> int:
-        """0 where the type is unknown."""
+        """Dimension; 0 for an unknown type."""
         return KINDS[self.kind].dim if self.kind in KINDS else 0
 
     @property
@@ -38,7 +38,7 @@ class Element(NamedTuple):
 
 
 def kind_of(type_: str) -> str:
-    """The kind (of `KINDS`) of elements of a type, by its name alone; the type if it is unknown.
+    """The kind (of `KINDS`) of an element type, from its name; the type itself if unknown.
 
     C3D8, C3D8R, C3D8H and C3D8RH are hexahedra, CPE4 and S4R quadrilaterals.
     """

@@ -1,4 +1,4 @@
-"""Grid lines of the built-in block: cells gather at the edges of the contact and at the plate.
+"""Grid lines of the built-in block, refined at the edges of the contact and at the plate.
 
 `numerics.refinement` divides every cell size by the same number, so meshes of different refinement
 are similar.
@@ -16,37 +16,39 @@ import numpy as np
 from iceslide_fem.mesh.grid import Lines, graded
 from iceslide_fem.mesh.shape import BlockShape, Channel, Slot, Wave
 
-# The reference cell is the height (or the lateral size, if smaller) over CELLS. A block
-# whose height is less than FLAT of its length takes fewer, by the square root, because away from
-# its edges the strain hardly varies over the height. Sizes are in reference cells; a slope of 4
-# makes cells 1 + 4 times larger one height (or lateral size) away from the edge or the bottom.
+# The reference cell is the height (or the lateral size, if smaller) over CELLS. A block lower than
+# FLAT of its length takes fewer cells, by the square root: away from its edges the strain hardly
+# varies over the height. Sizes are in reference cells. With a slope of 4 cells are 1 + 4 times
+# larger at a distance of one height (or lateral size) from the edge or the bottom.
 CELLS = {2: 16.0, 3: 6.0}  # by dimension
-# Cells are so much shorter along x, the direction of sliding, along which pressure, film and heat
-# vary most: of a block as long as tall, and the less the longer it is, because edges are a smaller
-# part of its contact. Over the height of a block in 3-D they are so much longer, because there they
-# cost most and tell least. That makes their errors alike (docs/validation/accuracy.md).
+# Factor by which cells are shorter along x, the sliding direction, where pressure, film and heat
+# vary most. It holds for a block as long as tall. It is smaller for a longer block, whose edges are
+# a smaller part of the contact. In 3-D cells are longer over the height, where they cost most and
+# matter least. The errors of all directions are then similar (docs/validation/accuracy.md).
 SHORTER_ALONG_X = {2: 1.2, 3: 2.25}
 LONGER_ALONG_Z = {2: 1.0, 3: 4.0 / 3.0}
 FLAT, FEWEST_CELLS = 0.5, 2.0
 EDGE_CELL, EDGE_SLOPE = 0.42, 4.0
 LARGEST_CELL = 4.0
-# Where a cut edge asks for smaller cells than EDGE_CELL, they grow by this slope, on refined meshes
-# by less, until they are as large as any. Growing on as from a sharp edge, where they reach
-# EDGE_CELL, takes 1.4 times the unknowns in a slice and moves the mean of mu by 0.02 %; in a cube
-# 2.4 times, and moves it by 1 % away from a finer mesh's (100 um).
+# A cut edge may need cells smaller than EDGE_CELL. They grow by this slope, or a smaller one on
+# refined meshes, up to the full size. A change to the slope of a sharp edge at EDGE_CELL takes 1.4
+# times the unknowns in a slice and changes the mean of mu by 0.02 %. In a cube it takes 2.4 times
+# the unknowns and moves the mean 1 % away from that of a finer mesh (100 um).
 STEEPEST = {2: 0.3, 3: 1.0}
-# A cut edge of radius r has its own cells within ZONE r of the corner that it replaces, of which
-# the lowest LAYER r are a layer along it.
+# A cut edge of radius r has special cells within ZONE r of the corner that it replaces. The lowest
+# LAYER r of them form a layer along the edge.
 ZONE, LAYER = 2.0, 0.6
-LAYER_FRACTION = 0.4  # cells across that layer, of those along half of it
-# Cells on half of an arc, on refined meshes more, and their largest size in cells of an edge.
+LAYER_FRACTION = 0.4  # cells across that layer over cells along half of it
+# Cells on half of an arc (more on refined meshes), and their largest size in cells of an edge.
 FEWEST_OF_ARC, CELL_OF_ARC = {2: 2, 3: 1}, {2: 0.75, 3: 1.0}
 CELLS_OF_A_WAVE, FEWEST_OF_A_WAVE = 8.0, 4.0
 
 
 class EdgeCells(NamedTuple):
-    """Cells of a cut edge: radius (m); cells on half of its arc, and on as much of the flat bottom
-    beside it; cells across the layer along it.
+    """Cells of a cut edge.
+
+    Radius, m; number of cells on half of the arc, and on an equal length of the flat bottom beside
+    it; number of cells across the layer along it.
     """
 
     radius: float
@@ -60,7 +62,7 @@ class EdgeCells(NamedTuple):
 
     @property
     def zone(self) -> list[Lines]:
-        """Distances from the corner: of the layer, and of the rest of the zone, m."""
+        """Distances from the corner, m: lines of the layer, and lines of the rest of the zone."""
         layer, zone = LAYER * self.radius, ZONE * self.radius
         return [
             np.linspace(0.0, layer, self.layer + 1),
@@ -74,8 +76,10 @@ class EdgeCells(NamedTuple):
 
 
 class Grading(NamedTuple):
-    """Sizes of cells along one direction: reference cell (m); length that the slopes refer to (m);
-    the cells that a cut edge has there, and the slope by which smaller ones than usual grow.
+    """Cell sizes along one direction.
+
+    Reference cell, m; reference length of slopes, m; cells of a cut edge, and the slope with which
+    smaller cells grow.
     """
 
     cell: float
@@ -84,12 +88,12 @@ class Grading(NamedTuple):
     steepest: float
 
     def half(self, length: float, cut: bool) -> Lines:
-        """From an end, which may meet a cut edge's cells."""
+        """Lines from an end, which may have a cut edge."""
         first = self.edge.cell if self.edge and cut else None
         return from_edge(length, self.cell, self.size, first, self.steepest)
 
     def between(self, low: float, high: float, first: bool = False, last: bool = False) -> Lines:
-        """From both ends, of which the `first` and the `last` may meet a cut edge's cells."""
+        """Lines between two ends; `first` and `last`: whether they have a cut edge."""
         one, other = (self.half((high - low) / 2, cut) for cut in (first, last))
         return np.concatenate([low + one, high - other[-2::-1]])
 
@@ -97,8 +101,8 @@ class Grading(NamedTuple):
 class Span(NamedTuple):
     """A lug, or a slot or channel between lugs, along x or y, from `low` to `high`, m.
 
-    middle: its lines between the zones of its cut edges; edges: whether its lower and its upper end
-    have one; depth: of a slot or channel, 0 of a lug.
+    middle: lines between the zones of its cut edges; edges: whether its lower and upper end have a
+    cut edge; depth: of a slot or channel, 0 for a lug.
     """
 
     low: float
@@ -109,12 +113,14 @@ class Span(NamedTuple):
 
     @property
     def corners(self) -> list[tuple[float, int]]:
-        """Corners that its cut edges replace, and whether rubber is beyond (+1) or before (-1)."""
+        """Corners replaced by its cut edges, with the side of the rubber: above (+1) or below
+        (-1).
+        """
         ends = ((self.low, 1), (self.high, -1))
         return [end for end, there in zip(ends, self.edges, strict=True) if there]
 
     def lines(self, zone: list[Lines]) -> list[Lines]:
-        """Its lines, those of the zones of its cut edges included."""
+        """Its lines, with those of the zones of its cut edges."""
         first = [self.low + line for line in zone] * self.edges[0]
         last = [self.high - line[::-1] for line in zone[::-1]] * self.edges[1]
         return [*first, self.middle, *last]
@@ -130,7 +136,7 @@ class Grid(NamedTuple):
 
     @property
     def zone(self) -> list[Lines]:
-        """Lines of a cut edge's zone, from its corner; none of a sharp one."""
+        """Lines of a cut edge's zone, from its corner; none for a sharp edge."""
         return self.edge.zone if self.edge else []
 
     @property
@@ -145,7 +151,7 @@ class Grid(NamedTuple):
 
 
 def reference_cells(block: BlockShape, refinement: float) -> tuple[list[float], float]:
-    """Reference cells along x, (y,) z and the length that the slopes refer to, all in m."""
+    """Reference cells along x, (y,) z, and the reference length of slopes, all in m."""
     dimension = len(block.ranges) + 1
     lengths = [high - low for low, high in block.ranges]
     if block.symmetric:
@@ -161,8 +167,10 @@ def reference_cells(block: BlockShape, refinement: float) -> tuple[list[float], 
 def from_edge(
     length: float, cell: float, size: float, first: float | None = None, steepest: float = 0.0
 ) -> Lines:
-    """Grid lines at the distances 0 ... `length` from a contact edge, or from cells of size
-    `first` (m) near it, which grow by the slope `steepest` where they are smaller than an edge's.
+    """Grid lines at the distances 0 ... `length` from a contact edge.
+
+    first: size of the first cell, m, if it is not that of an edge; steepest: slope of smaller
+    cells.
     """
     usual, slope = EDGE_CELL * cell, EDGE_SLOPE * EDGE_CELL * cell / size
     if first is not None and first < usual:
@@ -171,7 +179,7 @@ def from_edge(
 
 
 def joined(lines: list[Lines]) -> Lines:
-    """Lines one after the other, common ends once."""
+    """Lines concatenated, with common ends once."""
     return np.concatenate([lines[0], *(line[1:] for line in lines[1:])])
 
 
@@ -200,9 +208,7 @@ def box_lines(block: BlockShape, refinement: float) -> list[Lines]:
 def _spans(
     ends: tuple[float, float], cuts: Sequence[Slot | Channel], sized: Grading, halved: bool
 ) -> list[Span]:
-    """Lugs, and the cuts between them. Nothing is singular at the middle plane of a `halved` block,
-    where it begins.
-    """
+    """Lugs, and the cuts between them. The middle plane of a `halved` block is not an edge."""
     lows, highs = [ends[0], *(cut.high for cut in cuts)], [*(cut.low for cut in cuts), ends[1]]
     pieces = [(low, high, 0.0) for low, high in zip(lows, highs, strict=True)]
     pieces += [(cut.low, cut.high, cut.depth) for cut in cuts]
@@ -237,7 +243,7 @@ def _edge_cells(block: BlockShape, cell: float, refinement: float) -> EdgeCells 
 def _rows(block: BlockShape, sized: Grading) -> list[Lines]:
     """Rows of z: those of cut edges, then up to the end of each slot, and to the plate.
 
-    The corners at the plate, and at the end of a slot, are as singular as those at the ice.
+    Corners at the plate and at the end of a slot are as singular as those at the ice.
     """
     depths = sorted({slot.depth for slot in block.slots} | {cut.depth for cut in block.channels})
     rows: list[Lines] = list(sized.edge.zone) if sized.edge else []
@@ -251,8 +257,8 @@ def _rows(block: BlockShape, sized: Grading) -> list[Lines]:
 
 
 def _with_skin(line: Lines, skin: float) -> Lines:
-    """Lines with the first cell divided into ones that are as thin as `skin` (m) first, and twice
-    as thick as the one before.
+    """Lines with the first cell divided: the first part is `skin` (m) thick, each next one
+    twice.
     """
     first = line[1] - line[0]
     count = math.ceil(math.log2(first / skin + 1.0))
@@ -261,9 +267,7 @@ def _with_skin(line: Lines, skin: float) -> Lines:
 
 
 def _waved(line: Lines, waves: list[Wave], across: bool, refinement: float) -> Lines:
-    """The line, its cells cut into equal parts where they are too long for the waves along it, with
-    crests.
-    """
+    """The line with crests of waves, and with cells divided that are too long for the waves."""
     waves = [wave for wave in waves if wave.across == across]
     if not waves:
         return line

@@ -1,8 +1,8 @@
-"""Whether the named parts of a mesh are whole: a facet that lost its name changes a run in silence.
+"""Checks that the named parts of a mesh are complete: a lost name would silently change a run.
 
-The plate is all of the top, the symmetry plane all of y = 0. Contact holds all facets that lie on
-the ice. Where it goes up a flat end of the block, it begins at the ice all along that end and the
-opposite one.
+The plate is all of the top; the symmetry plane is all of y = 0. Contact has all facets on the ice.
+If contact goes up a flat end of the block, it starts at the ice along the whole of that end and of
+the opposite one.
 """
 
 from __future__ import annotations
@@ -55,13 +55,13 @@ def lost_symmetry(tagged: TaggedMesh, outer: IntArray, near: float) -> Fault | N
 
 
 def only_lowest(tagged: TaggedMesh) -> bool:
-    """Whether contact is no more than flat facets on the ice, so that no side can touch it."""
+    """Whether contact has only flat facets on the ice, so no side can touch it."""
     heights = tagged.points[tagged.facets["contact"], -1]
     return bool(heights.max() <= 1e-6 * np.ptp(tagged.points[:, -1]))
 
 
 def _fault(lost: Mask, what: str, corners: Array) -> Fault | None:
-    """Says of the first of the `lost` facets what it is; None if there are none."""
+    """A fault at the first of the `lost` facets; None if there are none."""
     count = int(lost.sum())
     if not count:
         return None
@@ -70,7 +70,7 @@ def _fault(lost: Mask, what: str, corners: Array) -> Fault | None:
 
 
 def _names(tagged: TaggedMesh, outer: IntArray) -> NDArray[np.str_]:
-    """Name of each outer facet, "" where it has none."""
+    """Name of each outer facet, "" without a name."""
     names = np.full(len(outer), "", dtype="U16")
     for name, facets in tagged.facets.items():
         names[among(outer, facets)] = name
@@ -78,9 +78,10 @@ def _names(tagged: TaggedMesh, outer: IntArray) -> NDArray[np.str_]:
 
 
 def _lost_sides(corners: Array, names: NDArray[np.str_], near: float) -> Mask:
-    """Nameless facets that begin at the ice, in the flat ends of the block along x or y, where
-    contact goes up more than half of one end. Walls of sipes are in no end: rubber stands on the
-    ice beyond them.
+    """Unnamed facets that start at the ice in flat ends of the block along x or y.
+
+    Only ends are checked where contact covers more than half of one end's lower edge. Walls of
+    sipes are not ends, because rubber stands on the ice beyond them.
     """
     dim = corners.shape[2]
     on_ice = corners[:, :, -1] <= near
@@ -88,7 +89,7 @@ def _lost_sides(corners: Array, names: NDArray[np.str_], near: float) -> Mask:
     normals = planes(corners)[1]
     across = np.linalg.norm(normals[:, :-1], axis=1)
     steep = across > STEEP * np.linalg.norm(normals, axis=1)
-    # In a block a side stands on the ice with an edge; with a corner, others do, too.
+    # In a block a side stands on the ice with an edge; other facets may touch it with a corner.
     stands = steep & ~on_ice.all(axis=1) & (on_ice.sum(axis=1) >= dim - 1)
     lost = np.zeros(len(corners), dtype=bool)
     for axis in range(dim - 1):

@@ -1,6 +1,6 @@
-"""Meshes with named parts, to and from gmsh, which only this module and `patches` import.
+"""Meshes with named parts, to and from gmsh. Only this module, `patches` and `outline` import it.
 
-gmsh is GPL-2.0-or-later with exceptions; everything else here only sees `TaggedMesh` arrays and
+gmsh is GPL-2.0-or-later with exceptions. The rest of the package uses `TaggedMesh` arrays and
 DOLFINx meshes.
 """
 
@@ -36,9 +36,7 @@ _FACETS |= {"tetrahedron": "triangle", "hexahedron": "quadrilateral"}
 
 
 class DistributedMesh(NamedTuple):
-    """DOLFINx mesh; tags of its facets and the number of each named set of them; tags of its cells,
-    of ghosts, too, and the number of each region.
-    """
+    """DOLFINx mesh with facet tags and cell tags (ghosts included), and the numbers of names."""
 
     mesh: Any
     facet_tags: Any
@@ -48,8 +46,8 @@ class DistributedMesh(NamedTuple):
 
 
 def distribute(tagged: TaggedMesh, comm: MPI.Comm) -> DistributedMesh:
-    """Share rank 0's mesh out over `comm` (`owners`); all ranks must give the same names."""
-    from iceslide_fem.fenics import compat  # meshes are read and measured without it, too
+    """Distribute rank 0's mesh over `comm` (`owners`); all ranks give the same names."""
+    from iceslide_fem.fenics import compat  # not needed to read and measure meshes
 
     def shared(nodes: NDArray[np.int32]) -> NDArray[np.int32]:
         nodes = nodes.reshape(-1, tagged.cells.shape[1])
@@ -68,15 +66,15 @@ def distribute(tagged: TaggedMesh, comm: MPI.Comm) -> DistributedMesh:
 
 
 def owners(middles: Array, ranks: int) -> NDArray[np.int32]:
-    """Rank of each cell, of as many each: recursive bisection across the longer side.
+    """Rank of each cell, in equal numbers, by recursive bisection across the longer side.
 
-    `middles` (n, d-1): horizontal positions of the cells' middles, m. The mesh is cut vertically,
-    so that all ranks get a part of the contact: graph partitioners cut where the fewest facets
-    are, through a cube as readily between plate and ice, which leaves the contact to one rank.
+    middles: horizontal positions of the cell centres (n, d-1), m. Cuts are vertical, so every rank
+    gets a part of the contact. A graph partitioner may cut a cube between plate and ice, which
+    leaves the contact to one rank.
     """
     found = np.zeros(len(middles), dtype=np.int32)
     size = np.ptp(middles, axis=0).max(initial=0.0) if len(middles) else 0.0
-    places = np.round(middles / (size or 1.0), 9)  # cells above one another are at one place
+    places = np.round(middles / (size or 1.0), 9)  # cells of one column have equal positions
 
     def share(cells: NDArray[np.intp], first: int, count: int) -> None:
         if count == 1 or not cells.size:
@@ -95,10 +93,7 @@ def owners(middles: Array, ranks: int) -> NDArray[np.int32]:
 
 
 def distribute_made(make: Callable[[], TaggedMesh], comm: MPI.Comm) -> DistributedMesh:
-    """Share out what rank 0 alone makes: the others know its names, and get their parts.
-
-    Collective; all ranks raise what rank 0 does.
-    """
+    """Distribute a mesh that rank 0 makes. Collective; all ranks raise the errors of rank 0."""
     made: list[TaggedMesh] = []
 
     def names() -> TaggedMesh:
@@ -120,13 +115,13 @@ def save(tagged: TaggedMesh, path: Path) -> None:
 def load(file: MeshFile) -> TaggedMesh:
     """Read the cells of the physical groups `file.bodies` and all named sets of facets.
 
-    Raises SceneError where the file is no .msh or .med, or as `tagged_mesh` does.
+    Raises SceneError if the file is no .msh or .med, or as `tagged_mesh`.
     """
     with empty_model() as model:
         _merge(file)
         blocks = []
         for dim, group in model.getPhysicalGroups():
-            name = model.getPhysicalName(dim, group).strip(" \0")  # MED fills them up
+            name = model.getPhysicalName(dim, group).strip(" \0")  # MED pads names
             for entity in model.getEntitiesForPhysicalGroup(dim, group):
                 types, _, nodes = model.mesh.getElements(dim, entity)
                 for number, tags in zip(types, nodes, strict=True):
@@ -141,8 +136,8 @@ def load(file: MeshFile) -> TaggedMesh:
 def _merge(file: MeshFile) -> None:
     """Read a .msh or .med file into the current model.
 
-    gmsh takes anything else for a script and runs it, with the shell commands in it; beside a mesh
-    it also looks for a file of options. So it is given a copy, alone, of what begins as a mesh.
+    gmsh executes any other file as a script, with its shell commands, and reads an option file
+    beside a mesh. It therefore gets an isolated copy of a file that begins as a mesh.
     """
     med = file.path.suffix.lower() == ".med"
     with tempfile.TemporaryDirectory() as alone:
@@ -170,7 +165,7 @@ def _merge(file: MeshFile) -> None:
 
 @contextmanager
 def _quiet_library() -> Iterator[None]:
-    """Keep what the MED library prints of a bad file off the screen: it knows no Python."""
+    """Suppress what the MED library prints about a bad file."""
     sys.stderr.flush()
     screen, nothing = os.dup(2), os.open(os.devnull, os.O_WRONLY)
     os.dup2(nothing, 2)
@@ -184,7 +179,7 @@ def _quiet_library() -> Iterator[None]:
 
 @contextmanager
 def empty_model() -> Iterator[Any]:
-    """An empty gmsh model; leaves a gmsh session of the caller as it was."""
+    """An empty gmsh model; a gmsh session of the caller is unchanged."""
     own = not gmsh.isInitialized()
     if own:
         gmsh.initialize(readConfigFiles=False, interruptible=False)
@@ -200,14 +195,14 @@ def empty_model() -> Iterator[Any]:
         if own:
             gmsh.finalize()
             if threading.current_thread() is threading.main_thread():
-                for number in (signal.SIGTERM, signal.SIGINT):  # gmsh leaves the system's handlers
+                for number in (signal.SIGTERM, signal.SIGINT):  # gmsh resets the handlers
                     signal.signal(number, signal.getsignal(number))
         elif previous:
             gmsh.model.setCurrent(previous)
 
 
 def nodes_of(model: Any, cells: IntArray) -> tuple[Array, IntArray]:
-    """Coordinates (n, 3) of the nodes that `cells` have, by gmsh's numbers, and where each is in
+    """Coordinates (n, 3) of the nodes of `cells` (gmsh's numbers), and `cells` as indices of
     them.
     """
     numbers, coordinates, _ = model.mesh.getNodes()
@@ -218,7 +213,7 @@ def nodes_of(model: Any, cells: IntArray) -> tuple[Array, IntArray]:
 
 
 def _fill(model: Any, tagged: TaggedMesh) -> None:
-    """Put a mesh into the current model, one discrete entity and physical group for each name."""
+    """Add a mesh to the current model, one discrete entity and physical group for each name."""
     count, dim = tagged.points.shape
     coordinates = np.zeros((count, 3))
     coordinates[:, :dim] = tagged.points

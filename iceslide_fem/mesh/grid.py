@@ -54,7 +54,7 @@ def tensor_grid(lines: list[Lines], body: str, parts: Mapping[str, Chooser]) -> 
 
 
 def snapped(values: Lines, line: Lines) -> Lines:
-    """Values that rounding has moved off the sorted `line`, back on it; others as they are."""
+    """Values within rounding of a point of the sorted `line` moved to it; others unchanged."""
     nearest = line[np.searchsorted(0.5 * (line[1:] + line[:-1]), values)]
     return np.where(np.abs(values - nearest) <= ROUNDING * (line[-1] - line[0]), nearest, values)
 
@@ -64,7 +64,7 @@ def with_parts(
 ) -> TaggedMesh:
     """Quadrilaterals or hexahedra whose outer facets are chosen by corners (n, corners, dim).
 
-    A part that no facet is in is left out. Nodes that no cell has are left out, too.
+    Empty parts and unused nodes are dropped.
     """
     used, cells = np.unique(cells, return_inverse=True)
     points, cells = points[used], cells.reshape(-1, 2 ** points.shape[1])
@@ -79,7 +79,7 @@ def with_parts(
 
 
 def with_sides(tagged: TaggedMesh) -> TaggedMesh:
-    """The mesh with the outer facets that have no name yet as `sides`."""
+    """The mesh with its unnamed outer facets as `sides`."""
     free = outer_facets(tagged)
     if tagged.facets:
         free = free[~among(free, np.concatenate(list(tagged.facets.values())))]

@@ -1,7 +1,7 @@
-"""Mesh of the ice below the block: a patch that stays below it, or a window that follows it.
+"""Mesh of the ice below the block: a patch (attached ice), or a moving window (sliding ice).
 
-Its surface is the plane z = 0; layers get thicker with the depth. `..._lines` are those of its
-nodes, `..._cells` those of cells that are quadratic and have the nodes between for themselves.
+Its surface is the plane z = 0; layers get thicker with depth. `..._lines` are the lines of all
+nodes. `..._cells` are the lines of quadratic cells, without their mid-nodes.
 """
 
 from __future__ import annotations
@@ -24,21 +24,21 @@ from iceslide_fem.scene.materials import Layer
 from iceslide_fem.scene.thermal_layers import layers, node_depths, stacked_layers
 
 WINDOW_CELLS = 100  # along the block, where the ice slides
-MOST_CELLS = 4  # that the block may pass in a step, film and heat in one sub-step each
-WINDOW_GUARD = 3  # cells before and behind what the block may touch, and
-WINDOW_SHEAR = 0.15  # of its height, by which a change of friction may move it
-WINDOW_BULGE = 0.05  # the same sideways: 0.002 where a soft cube's friction rises (3 bar, -5 degC)
+MOST_CELLS = 4  # that the block may pass in a step, with at least one substep per cell
+WINDOW_GUARD = 3  # cells before and behind the reach of the block, which includes
+WINDOW_SHEAR = 0.15  # of its height: displacement by a change of friction
+WINDOW_BULGE = 0.05  # the same sideways; 0.002 in a soft cube (3 bar, -5 degC)
 
 
 def patch_lines(
     scene: Any, footprint: Sequence[tuple[float, float]] | None = None, margin: float = 0.0
 ) -> list[Lines]:
-    """Surface lines (x, and y in a block) of attached ice, in proportion to the rubber's, which are
-    stretched to the contact: two for each, in a block fewer along x.
+    """Surface lines (x, and y in a block) of attached ice.
 
-    footprint: ranges of x (and y) in contact, m, by default those of the undeformed block; the
-    ice exceeds it by `ice.margin`, and at least by `margin` (m), on each side. y begins at 0 below
-    a symmetric block.
+    They are the rubber's lines stretched to the contact, two for each, fewer along x in a block.
+    footprint: ranges of x (and y) in contact, m, by default those of the undeformed block; the ice
+    exceeds it by `ice.margin`, and at least by `margin` (m), on each side. y begins at 0 below a
+    symmetric block.
     """
     block, refinement = block_shape(scene), scene.numerics.refinement
     cells, size = reference_cells(block, refinement)
@@ -49,8 +49,9 @@ def patch_lines(
     )
     for rubber, cell, (low, high) in axes:
         beyond = from_edge(margin, cell, size)[1:] if margin > 0.0 else np.empty(0)
-        # The rubber's elements are quadratic, the ice's linear: a line through their middles, too;
-        # fewer where they are short for the sake of pressure, as heat spreads along both axes.
+        # Rubber elements are quadratic and ice elements linear, so the ice has a line through their
+        # middles, too. It has fewer where they are short only to resolve pressure, because heat
+        # spreads along both axes.
         of_rubber = len(rubber) - 1
         of_ice = round(2.0 * of_rubber * math.sqrt(cell / widest))
         places = np.linspace(0.0, of_rubber, of_ice + 1)
@@ -69,16 +70,16 @@ def window_cell(scene: Any) -> float:
 
 
 def cells_in_a_step(scene: Any) -> int:
-    """How many cells of sliding ice the block may pass in a step: water that lags goes on after."""
+    """Number of cells of sliding ice that the block may pass in a step; one with moving water."""
     return MOST_CELLS if scene.film.water_speed == 1.0 else 1
 
 
 def window_lines(scene: Any, footprint: Sequence[tuple[float, float]]) -> list[Lines]:
     """Surface lines (x, and y in a block) of the window of sliding ice that follows the block.
 
-    Equal cells in x, so that the window can be shifted by whole cells: below the contact and
-    below the undeformed block, to which it returns where friction falls, and some more for what
-    moves it further; behind it also over `ice.trail`. y as in `patch_lines`, and some more.
+    Cells are equal in x, so the window shifts by whole cells. They cover the contact and the
+    undeformed block, to which it returns when friction falls, with a margin; behind it also
+    `ice.trail`. y is as in `patch_lines`, with a margin.
     """
     block, cell = block_shape(scene), window_cell(scene)
     low, high = footprint[0]
@@ -101,11 +102,11 @@ def surface_lines(scene: Any, footprint: Sequence[tuple[float, float]]) -> list[
 
 
 def ice_cells(scene: Any, surface: Sequence[Lines], heated: ArrayLike | None = None) -> list[Lines]:
-    """Lines in x, (y,) z between the cells of the ice and what is below, on this rank.
+    """Lines in x, (y,) z between the cells of the ice and the layers below it, on this rank.
 
-    surface: of x (and y) on it, m; heated: how long (s) runs warm the ice, by default as long as
-    the scene's (`heating_times`). Downwards they are the elements of `thermal_layers`, which
-    end where heat does not reach.
+    surface: lines of x (and y), m; heated: heating times of runs, s, by default those of the scene
+    (`heating_times`). Downwards they are the elements of `thermal_layers`, to the depth that heat
+    reaches.
     """
     if heated is None:
         heated = heating_times(scene, float(np.ptp(surface[0])), scene.load.duration)
@@ -115,9 +116,10 @@ def ice_cells(scene: Any, surface: Sequence[Lines], heated: ArrayLike | None = N
 
 
 def ice_shape(scene: Scene) -> tuple[int, ...]:
-    """Number of nodes along x, (y,) z of the ice that the scene's own mesh of it has.
+    """Number of nodes along x, (y,) z of the scene's built-in ice mesh.
 
-    Of a window of sliding ice as long as the undeformed block; the contact's length decides.
+    For sliding ice it is an estimate with the undeformed block; the actual window depends on the
+    contact's length.
     """
     footprint = block_shape(scene).ranges
     if scene.ice.heat == "mesh":
@@ -142,10 +144,10 @@ def ice_lines(scene: Any, surface: Sequence[Lines] | None = None) -> list[Lines]
 
 
 def heating_times(scene: Any, length: float, durations: ArrayLike) -> Array:
-    """How long (s) runs of the `durations` (s) warm any of the ice, at most.
+    """Longest heating (s) of any ice in runs of the `durations` (s).
 
-    length: of the window of ice that slides, m; no ice is below it longer. Each run has its own
-    slowest speed: a run that goes on must not change the layers of the one before.
+    length: of the window of sliding ice, m, which limits the time of heating. Each run has its own
+    lowest speed, because a continued run must keep the layers of the first one.
     """
     if scene.ice.motion == "attached":
         return np.asarray(durations, dtype=float)
@@ -158,14 +160,14 @@ def heating_times(scene: Any, length: float, durations: ArrayLike) -> Array:
 
 
 def passing_time(length: float, speed: float, duration: float) -> float:
-    """Time (s) in which ice that slides at `speed` passes `length` (m), at most `duration` (s)."""
+    """Time (s) in which ice at `speed` (m/s) passes `length` (m), at most `duration` (s)."""
     return length / speed if speed * duration > length else duration
 
 
 def tagged_ice(lines: list[Lines], stack: Sequence[Layer]) -> TaggedMesh:
-    """Ice and what is below it on grid `lines`, on this rank alone, as the `stack` names it.
+    """Ice and the layers below it on grid `lines`, on this rank, with the names of the `stack`.
 
-    Parts: `surface` (z = 0), `base` (the lowest), `symmetry` (y = 0), and `sides`, which are left.
+    Parts: `surface` (z = 0), `base` (lowest facets), `symmetry` (y = 0), and `sides` (the others).
     """
     lowest, next_one = lines[-1][:2]
     parts: dict[str, Chooser] = {

@@ -1,6 +1,6 @@
-"""The mesh of the ice and what it lies on, for heat on a mesh: made here or the user's own.
+"""The mesh of the ice and the layers below it, for heat on a mesh: built-in or the user's.
 
-Its cells stand upright: the last axis of each is the one that leads down most steeply.
+Cells are upright: the last axis of each is the steepest one.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.outline_file import area
 
-MISSING = 1e-6  # fraction of the footprint that may be without ice, for rounding
+MISSING = 1e-6  # fraction of the footprint allowed without ice, for rounding
 # Corners of a cell as gmsh numbers them, in the order of its axes: the last index counts fastest.
 _CORNERS = {
     "quadrilateral": np.array([0, 3, 1, 2]).reshape(2, 2),
@@ -35,12 +35,12 @@ def ice_body(
     surface: Sequence[Lines] | None = None,
     heated: ArrayLike | None = None,
 ) -> TaggedMesh:
-    """The scene's ice with its regions ("ice" and the names of its layers), on this rank alone.
+    """The scene's ice with its regions ("ice" and the names of its layers), on this rank.
 
-    Its parts are `surface`, `base`, `symmetry` and `sides`; its cells quadrilaterals or hexahedra
-    that stand upright. surface: lines of x (and y) on it, m, by default those below the undeformed
-    block; heated: how long (s) runs warm the ice, by default the scene's. Both have no
-    meaning for a user's mesh. Raises SceneError if that can't be used.
+    Parts are `surface`, `base`, `symmetry` and `sides`; cells are upright quadrilaterals or
+    hexahedra. surface: lines of x (and y), m, by default those below the undeformed block; heated:
+    heating times of runs, s, by default the scene's. A user's mesh ignores both. Raises SceneError
+    if a user's mesh is unsuitable.
     """
     if scene.ice.mesh is not None:
         return _user_ice(scene, scene.ice.mesh)
@@ -49,7 +49,7 @@ def ice_body(
 
 
 def ice_nodes(scene: Scene) -> int:
-    """Number of nodes of the scene's ice, whose elements are quadratic downwards alone."""
+    """Number of nodes of the scene's ice; elements are quadratic downwards only."""
     if scene.ice.mesh is not None:
         tagged = ice_body(scene)
         return len(tagged.points) + len(upright_edges(tagged))
@@ -57,7 +57,7 @@ def ice_nodes(scene: Scene) -> int:
 
 
 def upright(tagged: TaggedMesh) -> TaggedMesh:
-    """The same mesh of quadrilaterals or hexahedra, whose cells are turned until they stand."""
+    """The same mesh of quadrilaterals or hexahedra with its cells turned upright."""
     order = _CORNERS[tagged.cell_type]
     corners = tagged.points[tagged.cells[:, order]]  # (cells, 2, ..., 2, dim)
     axes = range(order.ndim)
@@ -81,8 +81,9 @@ def upright_edges(tagged: TaggedMesh) -> IntArray:
 
 
 def covered(corners: Array, ranges: Sequence[tuple[float, float]]) -> float:
-    """Fraction of the rectangle (of the line in a slice) with these `ranges`, m, that convex facets
-    with `corners` (n, k, d-1), m, cover, which do not overlap.
+    """Fraction of a rectangle (a line in a slice) that facets cover.
+
+    corners: of convex facets without overlap, (n, k, d-1), m; ranges: of the rectangle, m.
     """
     from matplotlib import path, transforms  # takes long to import
 

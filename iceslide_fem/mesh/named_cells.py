@@ -1,7 +1,7 @@
-"""What a mesh file holds: cells and facets with names; and the tagged mesh that is wanted of it.
+"""Named cells and facets of a mesh file, and the tagged mesh made from them.
 
-Second-order cells are taken by their corners where their other nodes are in the middle of edges,
-faces and cells, which changes no shape. Curved ones are refused.
+Second-order cells are reduced to their corners if their other nodes are in the middle of edges,
+faces and cells. Curved cells are refused.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from iceslide_fem.runtime.errors import SceneError
 
 
 class Kind(NamedTuple):
-    """A kind of cell: its dimension, its number of nodes, and what gmsh and VTK call it."""
+    """A kind of cell: dimension, number of nodes, and its numbers in gmsh and VTK."""
 
     dim: int
     nodes: int
@@ -44,22 +44,22 @@ KINDS = {
     "hexahedron20": Kind(3, 20, 17, (25,)),
     "hexahedron27": Kind(3, 27, 12, (29, 72)),
 }
-RUBBER_PARTS = ("contact", "plate", "symmetry", "walls")  # facets of rubber that have a meaning
-STRAIGHT = 1e-3  # of a cell's size: so near to the middle a node is in the middle
-CHUNK = 2_000  # cells whose nodes are looked at at a time
+RUBBER_PARTS = ("contact", "plate", "symmetry", "walls")  # facets of rubber that the program uses
+STRAIGHT = 1e-3  # of a cell's size: tolerance of a mid-node's position
+CHUNK = 2_000  # cells checked at a time
 
 
 def first_order(kind: str) -> str:
-    """The kind that the corners of a cell make, where the kind is one of `KINDS`."""
+    """The first-order kind with the corners of a kind in `KINDS`."""
     return kind.rstrip("0123456789") if kind in KINDS else kind
 
 
 class MeshFile(NamedTuple):
-    """The file `path` that the scene's `key` names: its cells of dimension `dim` with the names
-    `bodies`, and facets, of which the names `parts` have a meaning.
+    """The mesh file at `path` of the scene's `key`.
 
-    Cells of other names may be in the file (they are left out), or only those of the names in
-    `beside`, where that is given. As text it is what messages begin with.
+    Its cells of dimension `dim` with the names `bodies` are used, and its facets; the program uses
+    those with the names `parts`. Cells with other names are ignored. If `beside` is given, only
+    these other names are allowed. str() is the begin of a message.
     """
 
     key: str
@@ -87,8 +87,8 @@ def rubber_file(path: Path, dim: int, body: str = "rubber") -> MeshFile:
 class Block(NamedTuple):
     """Cells of one kind and name; dim: 1 for lines, 2 for faces, 3 for volumes, 0 for others.
 
-    kind: a key of `KINDS`, or what the file calls one that can't be used; nodes (cells, nodes of a
-    cell): numbers of nodes, the corners first.
+    kind: a key of `KINDS`, or the file's name of an unsupported one; nodes (cells, nodes of a
+    cell): numbers of nodes, corners first.
     """
 
     name: str
@@ -104,8 +104,10 @@ class Block(NamedTuple):
 
 
 class NamedCells(NamedTuple):
-    """numbers (n,) of the nodes of a file and their coordinates (n, 3), in the file's unit; blocks
-    of cells; and sets of nodes, which name the outer facets whose corners they hold.
+    """Nodes, cells and node sets of a file.
+
+    numbers: of the nodes (n,); coordinates: (n, 3), in the file's unit; blocks: of cells; sets: of
+    nodes, which name the outer facets with all corners in them.
     """
 
     numbers: IntArray
@@ -117,11 +119,10 @@ class NamedCells(NamedTuple):
 def tagged_mesh(file: MeshFile, found: NamedCells) -> TaggedMesh:
     """The cells with the names of `file.bodies`, and all named sets of their facets.
 
-    Nodes that none of these cells has are left out, and so are sets of facets that belong to
-    others, unless their name is one of `file.parts`. A set of nodes counts where no facets have its
-    name. Several bodies are the regions of the mesh. Raises SceneError where their cells are
-    missing, of another dimension, of several kinds, curved, or there twice, where cells have a name
-    that they must not have, and where facets are not those of the cells.
+    Unused nodes are dropped, and also facet sets of other cells, unless their name is in
+    `file.parts`. A node set is used if no facets have its name. Several bodies become regions of
+    the mesh. Raises SceneError if cells are missing, duplicate, curved, of mixed kinds, of another
+    dimension or of a forbidden name, or if facets do not belong to the cells.
     """
     parts = [
         [block for block in found.blocks if block.name == body and len(block.nodes)]
@@ -160,7 +161,7 @@ def tagged_mesh(file: MeshFile, found: NamedCells) -> TaggedMesh:
 
 
 def _check_once(file: MeshFile, cells: IntArray, names: NDArray[np.str_]) -> None:
-    """Raise SceneError if one of the `cells` (n, corners) is there twice; names (n,): of bodies."""
+    """Raise SceneError for a duplicate of the `cells` (n, corners); names (n,): of bodies."""
     _, first, number = np.unique(
         np.sort(cells, axis=1), axis=0, return_index=True, return_inverse=True
     )
@@ -174,7 +175,7 @@ def _check_once(file: MeshFile, cells: IntArray, names: NDArray[np.str_]) -> Non
 
 
 def _check_others(file: MeshFile, found: NamedCells, cells: IntArray) -> None:
-    """Raise SceneError if cells that are none of `cells` have a name that they must not have."""
+    """Raise SceneError if cells other than `cells` have a forbidden name."""
     if file.beside is None:
         return
     allowed = {name.casefold() for name in ("", *file.bodies, *file.beside)}
@@ -191,7 +192,7 @@ def _check_others(file: MeshFile, found: NamedCells, cells: IntArray) -> None:
 
 
 def _at(numbers: IntArray, wanted: IntArray) -> tuple[IntArray, NDArray[np.bool_]]:
-    """Where `wanted` numbers stand among others, and whether they do."""
+    """Indices of `wanted` numbers among `numbers`, and a mask of those found."""
     order = np.argsort(numbers)
     places = np.searchsorted(numbers, wanted, sorter=order)
     found = order[np.minimum(places, len(numbers) - 1)]
@@ -199,7 +200,7 @@ def _at(numbers: IntArray, wanted: IntArray) -> tuple[IntArray, NDArray[np.bool_
 
 
 def _places(file: MeshFile, numbers: IntArray, block: Block) -> IntArray:
-    """Where the nodes of a block stand in the file's list, whose `numbers` are given."""
+    """Indices of a block's nodes in the file's `numbers`."""
     if len(numbers):
         places, known = _at(numbers, block.nodes)
         if known.all():
@@ -210,7 +211,7 @@ def _places(file: MeshFile, numbers: IntArray, block: Block) -> IntArray:
 def _facets(
     file: MeshFile, mesh: TaggedMesh, found: NamedCells, numbers: IntArray
 ) -> dict[str, IntArray]:
-    """Named facets by the nodes of `mesh`, whose `numbers` in the file are given."""
+    """Named facets by nodes of `mesh`; numbers: of these nodes in the file."""
     dim, corners = mesh.points.shape[1], len(FACETS[mesh.cell_type][0])
     sets: dict[str, list[IntArray]] = {}
     for block in found.blocks:
@@ -236,13 +237,13 @@ def _facets(
 
 
 def _once(facets: IntArray) -> IntArray:
-    """Facets (n, corners), each of them once, in their order."""
+    """Facets (n, corners) without duplicates, in order."""
     _, first = np.unique(np.sort(facets, axis=1), axis=0, return_index=True)
     return facets[np.sort(first)]
 
 
 def _check_straight(file: MeshFile, block: Block, points: Array) -> None:
-    """Raise SceneError if nodes (cells, nodes, 3) that are no corners are not in a middle."""
+    """Raise SceneError if a node (cells, nodes, 3) other than a corner is not in a middle."""
     kind = first_order(block.kind)
     if kind == block.kind:
         return
@@ -264,7 +265,7 @@ def _check_straight(file: MeshFile, block: Block, points: Array) -> None:
 
 
 def _middles(kind: str) -> Array:
-    """Weights of the corners in the middles of edges, faces and the cell: (middles, corners)."""
+    """Weights of corners for the middles of edges, faces and the cell: (middles, corners)."""
     corners, faces = range(KINDS[kind].nodes), FACETS[kind]
     edges = [edge for face in faces for edge in zip(face, face[1:] + face[:1], strict=True)]
     groups = [*edges, *faces, tuple(corners)]

@@ -1,7 +1,7 @@
-"""A block of any outline: its polygon meshed by quadrilaterals and swept upwards, built by gmsh.
+"""A block of any outline: gmsh meshes its polygon by quadrilaterals and sweeps them upwards.
 
-Cells are smallest at the outline and, as in the built-in block, at the ice and at the plate. Where
-the outline is its own mirror image in y, half of it is meshed.
+Cells are smallest at the outline and, as in the built-in block, at the ice and at the plate. If the
+outline is symmetric in y, half of it is meshed.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _OPTIONS = {
     "Mesh.MeshSizeFromPoints": 0,
     "Mesh.MeshSizeFromCurvature": 0,
 }
-MIRRORED = 1e-6  # of the size: corners nearer than that to mirrored ones are symmetric
+MIRRORED = 1e-6  # of the size: tolerance of mirrored corners
 
 
 def outline_mesh(path: Path, height: float, refinement: float) -> TaggedMesh:
@@ -55,7 +55,7 @@ def _built(path: Path, changed: int, height: float, refinement: float) -> Tagged
         points, cells = _sweep(rings, symmetric, z, *reference_cells(block, refinement))
     except SceneError:
         raise
-    except Exception as error:  # gmsh raises nothing more specific
+    except Exception as error:  # gmsh has no specific error
         reason = " ".join(str(error).split())
         raise SceneError(f"rubber.outline: {path} can't be meshed: {reason}") from None
     points[:, 2] = snapped(points[:, 2], z)
@@ -84,8 +84,7 @@ def _sweep(
 ) -> tuple[Array, IntArray]:
     """Nodes (n, 3), m, and hexahedra of the area within `rings` between the heights z.
 
-    Sizes, those of the reference `cells` (m) and the length that slopes refer to, are as in the
-    built-in block.
+    Cell sizes are as in the built-in block: reference `cells` (m) and reference length of slopes.
     """
     size = float(np.ptp(rings[0], axis=0).max())
     smallest, largest = EDGE_CELL * cells[-1] / size, LARGEST_CELL * cells[-1] / size
@@ -93,7 +92,7 @@ def _sweep(
     with empty_model() as model:
         loops = []
         for ring in rings:
-            # OpenCASCADE fills a hole, and leaves the rest, if it runs the other way round
+            # with the other orientation OpenCASCADE fills the hole instead
             ring = ring if area(ring) > 0.0 else ring[::-1]
             corners = [model.occ.addPoint(*corner, 0.0) for corner in (ring / size).tolist()]
             ends = zip(corners, corners[1:] + corners[:1], strict=True)
@@ -108,7 +107,7 @@ def _sweep(
         model.occ.synchronize()
         border = [tag for _, tag in model.getBoundary(face, oriented=False)]
         outer = [tag for tag in border if not (symmetric and _on_axis(model, tag))]
-        for curve in outer:  # two cells at least, or gmsh can't fill the area with quadrilaterals
+        for curve in outer:  # gmsh needs two cells for quadrilaterals
             pairs = max(round(model.occ.getMass(1, curve) / (2.0 * smallest)), 1)
             model.mesh.setTransfiniteCurve(curve, 2 * pairs + 1)
         field = model.mesh.field
@@ -131,6 +130,6 @@ def _sweep(
 
 
 def _on_axis(model: gmsh.model, curve: int) -> bool:
-    """Whether a curve lies on y = 0, up to what gmsh adds to a bounding box."""
+    """Whether a curve lies on y = 0, within gmsh's enlargement of bounding boxes."""
     _, low, _, _, high, _ = model.getBoundingBox(1, curve)
     return max(abs(low), abs(high)) < 1.1e-6

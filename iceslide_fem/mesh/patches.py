@@ -1,8 +1,7 @@
-"""Meshes of four-sided patches, and of what they sweep, built by gmsh.
+"""Meshes of four-sided patches and of their extrusions, built by gmsh.
 
-Patches lie in the plane of x and z; each is a transfinite surface of quadrilaterals, which an
-extrusion along y turns into hexahedra. Straight sides with unequal cells are points that gmsh
-extrudes in layers.
+Patches lie in the x-z plane. Each is a transfinite surface of quadrilaterals; an extrusion along y
+makes hexahedra. Straight sides with unequal cells are made by layered extrusion of a point.
 """
 
 from __future__ import annotations
@@ -18,13 +17,13 @@ from iceslide_fem.mesh.tagged import IntArray
 from iceslide_fem.runtime.arrays import Array
 
 Point = tuple[float, float]
-ROUNDING = 1e-9  # of the mesh's size: points nearer than that are one
+ROUNDING = 1e-9  # of the mesh's size: tolerance of equal points
 
 
 class Side(NamedTuple):
     """A straight line, or an arc around `centre`, from start to end (x, z), m.
 
-    at (n + 1,): where its n cells end, from 0 to 1.
+    at (n + 1,): ends of its n cells, from 0 to 1.
     """
 
     start: Point
@@ -38,7 +37,7 @@ class Side(NamedTuple):
         return len(self.at) - 1
 
     def reversed(self) -> Side:
-        """The other way round."""
+        """The side in the opposite direction."""
         return Side(self.end, self.start, 1.0 - self.at[::-1], self.centre)
 
     @property
@@ -47,7 +46,7 @@ class Side(NamedTuple):
         return float(np.hypot(self.end[0] - self.start[0], self.end[1] - self.start[1]))
 
 
-# Four sides, each of one or more pieces, one after the other around the patch.
+# Four sides around the patch, each of one or more pieces.
 Patch = tuple[list[Side], list[Side], list[Side], list[Side]]
 
 
@@ -57,7 +56,7 @@ def even(start: Point, end: Point, count: int, centre: Point | None = None) -> S
 
 
 def rectangle(x: Array, z: Array) -> Patch:
-    """The patch between the lines of x and of z, m."""
+    """The patch with these lines of x and of z, m."""
     along, up = (x - x[0]) / (x[-1] - x[0]), (z - z[0]) / (z[-1] - z[0])
     left, right, low, high = (float(end) for end in (x[0], x[-1], z[0], z[-1]))
     one, two, three, four = (left, low), (right, low), (right, high), (left, high)
@@ -104,7 +103,7 @@ def mesh_patches(patches: list[Patch], y: Array | None = None) -> tuple[Array, I
 
 
 class _Plane:
-    """Curves of the current gmsh model in the plane y = 0, each once; lengths are over `size`."""
+    """Unique curves of the current gmsh model in the plane y = 0; lengths are over `size`."""
 
     def __init__(self, size: float) -> None:
         self._size = size
@@ -112,7 +111,7 @@ class _Plane:
         self._curves: dict[tuple[object, ...], int] = {}
 
     def curve(self, side: Side) -> int:
-        """The curve of a side, negative where it runs the other way."""
+        """The curve of a side; negative for the opposite direction."""
         start, end = self._key(side.start), self._key(side.end)
         if (end, start) in self._curves:
             return -self._curves[end, start]

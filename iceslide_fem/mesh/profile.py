@@ -1,4 +1,4 @@
-"""The built-in block from its shape: patches of its profile, swept across it, leaned, and named."""
+"""The built-in block from its shape: profile patches are swept, leaned and named."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.runtime.errors import SceneError
 
 CONTACT_HEIGHT = 0.5  # the sides may touch the ice up to this fraction of the height
-ON_ARC = 1e-9  # of a radius: so near to an arc is on it
+ON_ARC = 1e-9  # of a radius: tolerance of a point on an arc
 
 
 def block_mesh(block: BlockShape, refinement: float) -> TaggedMesh:
@@ -44,7 +44,7 @@ def block_mesh(block: BlockShape, refinement: float) -> TaggedMesh:
 
 
 def part_choosers(block: BlockShape) -> dict[str, Chooser]:
-    """Which facets of the straight block, by their corners (n, corners, dim), are which part."""
+    """Functions that choose the facets of each part of the straight block by their corners."""
     near = NEAR * block.height
 
     def contact(corners: Array) -> Mask:
@@ -76,8 +76,9 @@ def part_choosers(block: BlockShape) -> dict[str, Chooser]:
 
 
 def count(block: BlockShape, refinement: float) -> dict[str, float]:
-    """Cells, nodes of the quadratic elements, smallest and largest edge of cells along the sides of
-    patches (m), of the block without its channels: nothing is meshed.
+    """Size of the mesh without meshing: cells, nodes of quadratic elements, and edges, m.
+
+    Edges are the smallest and the largest one along sides of patches. Channels are not counted.
     """
     grid = block_grid(block, refinement)
     cells, nodes, lengths = _counted(profile_patches(block, grid), block.height)
@@ -88,7 +89,7 @@ def count(block: BlockShape, refinement: float) -> dict[str, float]:
         lugs = [len(span.middle) - 1 for span in grid.columns if not span.depth]
         for corner, sign in (end for span in grid.across for end in span.corners):
             more, points, _ = _counted(edge_patches(corner, sign, grid, block.cut), block.height)
-            # less what it shares with the profile: its ends, and the side towards the middle
+            # minus what it shares with the profile: its ends, and its inner side
             side = 2 * len(grid.lines[-1]) - 1
             cells += more * sum(lugs)
             nodes += sum((points - side) * (2 * lug - 1) for lug in lugs)
@@ -101,7 +102,7 @@ def count(block: BlockShape, refinement: float) -> dict[str, float]:
 
 
 def _counted(patches: list[Patch], height: float) -> tuple[int, int, Array]:
-    """Of patches: cells, nodes of the quadratic elements, and lengths of edges (m)."""
+    """Cells, nodes of the quadratic elements, and lengths of edges (m) of patches."""
     cells = sum(
         math.prod(sum(side.cells for side in part) for part in patch[:2]) for patch in patches
     )
@@ -117,8 +118,8 @@ def _counted(patches: list[Patch], height: float) -> tuple[int, int, Array]:
 
 
 def on_arcs(block: BlockShape, points: Array) -> Array:
-    """Points (..., d), m, on the surface of the block's cells, those on chords of round edges moved
-    to the arcs, away from the arcs' axes.
+    """Surface points (..., d), m, with those on chords of round edges moved outwards to the
+    arcs.
     """
     radius = block.edge
     if radius == 0.0 or block.cut:
@@ -129,7 +130,7 @@ def on_arcs(block: BlockShape, points: Array) -> Array:
     away[:, -1] = np.minimum(straight[:, -1] - radius, 0.0)
     for axis, spans in enumerate([grid.columns, grid.across][: straight.shape[1] - 1]):
         away[:, axis] = _from_axes(straight[:, axis], spans, radius)
-    # Where two arcs meet, in a mitre, a point is of the one that it is further out at, or of both.
+    # In a mitre of two arcs a point belongs to the one with the larger distance, or to both.
     out = np.abs(away[:, :-1])
     furthest = out.max(axis=1)
     away[:, :-1][out < (1.0 - ON_ARC) * furthest[:, None]] = 0.0
@@ -141,7 +142,7 @@ def on_arcs(block: BlockShape, points: Array) -> Array:
 
 
 def _from_axes(at: Array, spans: list[Span], radius: float) -> Array:
-    """Distances (n,) along x or y from the axes of arcs, m, signed; 0 where there is none."""
+    """Signed distances (n,) along x or y from the axes of arcs, m; 0 without an arc."""
     away = np.zeros_like(at)
     for corner, sign in (end for span in spans for end in span.corners):
         here = at - (corner + sign * radius)

@@ -1,7 +1,7 @@
-"""Who reads a mesh file, and what is checked of each: its format, its size, where its facets are.
+"""Readers of mesh files, and checks of format, size and facets.
 
-The suffix decides who reads a file, and what a name is: a physical group or a MED group
-(`gmsh_model`), a set or a surface (`abaqus`), cell data that are not zero (`vtk_cells`).
+The suffix of a file determines its reader, and the meaning of names: a physical group or a MED
+group (`gmsh_model`), a set or a surface (`abaqus`), cell data that are not zero (`vtk_cells`).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from iceslide_fem.scene.companions import companions
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "inch": 0.0254}  # of coordinates, in m
 LARGEST_FILE = 1_000_000_000  # bytes
-TOLERANCE = 1e-6  # of the height, for what must lie in a plane
+TOLERANCE = 1e-6  # of the height: tolerance of a plane
 
 READERS: dict[str, Callable[[MeshFile], TaggedMesh]] = {  # by suffixes
     ".msh": gmsh_model.load,
@@ -34,7 +34,7 @@ READERS: dict[str, Callable[[MeshFile], TaggedMesh]] = {  # by suffixes
 
 
 def stamps(file: MeshFile) -> tuple[int, ...]:
-    """What changes when the file, or one that it needs, is written anew: sizes and times.
+    """Sizes and times of the file and of files that it includes, to detect changes.
 
     Raises SceneError if it can't be read or is too large.
     """
@@ -55,8 +55,8 @@ def read(
 ) -> TaggedMesh:
     """The file's mesh with the facets of `file.parts`, in m.
 
-    `unit` (`UNITS`) is that of the file's coordinates. Raises SceneError where it can't be read,
-    has no facets of a name that is `needed`, or is not as large as `sizes`, from ... to, m.
+    unit: of the file's coordinates (`UNITS`); needed: names that facets must have; sizes: smallest
+    and largest allowed size, m. Raises SceneError if the file can't be read or violates these.
     """
     suffix = file.path.suffix.lower()
     if suffix not in READERS:
@@ -81,7 +81,7 @@ def _other_format(suffix: str) -> str:
 
 
 def _check_size(file: MeshFile, tagged: TaggedMesh, unit: str, sizes: tuple[float, float]) -> None:
-    """Raise SceneError if coordinates are no numbers or were drawn in another unit."""
+    """Raise SceneError if coordinates are not finite or seem to be in another unit."""
     wrong = np.count_nonzero(~np.isfinite(tagged.points).all(axis=1))
     if wrong:
         raise SceneError(
@@ -103,7 +103,7 @@ def _check_size(file: MeshFile, tagged: TaggedMesh, unit: str, sizes: tuple[floa
 
 
 def check_facets(file: MeshFile, tagged: TaggedMesh, outer: IntArray) -> None:
-    """Raise SceneError if a tagged facet is none of the `outer` ones, or is tagged twice."""
+    """Raise SceneError if a tagged facet is not one of the `outer` ones, or is tagged twice."""
     for name, facets in tagged.facets.items():
         if not among(facets, outer).all():
             raise SceneError(
@@ -129,7 +129,7 @@ def check_symmetry(file: MeshFile, tagged: TaggedMesh, what: str) -> None:
 
 
 def refuse(file: MeshFile, fault: Fault | None, unit: str) -> None:
-    """Raise SceneError if there is a fault; says where it is in the file's `unit`."""
+    """Raise SceneError for a fault, with its position in the file's `unit`."""
     if fault is not None:
         what, where = fault
         raise SceneError(f"{file}, near {place(where, unit, UNITS[unit], 6)}: {what}")

@@ -1,8 +1,8 @@
-"""Mesh of the rubber block: the built-in shape, an outline, or the user's own.
+"""Mesh of the rubber block: the built-in shape, an outline, or a user's mesh.
 
 Coordinates are (x, z) in a slice and (x, y, z) in a block, in m; z is vertical and the ice
-plane is z = 0. The rubber moves in +x, so its leading edge is x = +length/2. A block is the
-half with y >= 0 of one that is symmetric about y = 0. Cells are quadrilaterals or hexahedra.
+plane is z = 0. The rubber moves in +x, so its leading edge is x = +length/2. A symmetric block is
+meshed as its half y >= 0. Cells are quadrilaterals or hexahedra.
 """
 
 from __future__ import annotations
@@ -20,21 +20,21 @@ from iceslide_fem.mesh.user_mesh import load_user_mesh
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene import Scene
 
-if TYPE_CHECKING:  # lines and sizes are wanted where there is no MPI, too
+if TYPE_CHECKING:  # lines and sizes are also needed without MPI
     from iceslide_fem.fenics.compat import MPI
 
 
 def rubber_mesh(scene: Scene, comm: MPI.Comm) -> DistributedMesh:
-    """Mesh of the scene's rubber block, or the user's own if `rubber.mesh` names one.
+    """Mesh of the scene's rubber block, or the user's mesh in `rubber.mesh`.
 
-    Its facets are tagged contact, plate, symmetry, walls, and sides (what is left). Collective.
-    Raises SceneError if the user's mesh can't be used.
+    Facets are tagged contact, plate, symmetry, walls, and sides (the others). Collective. Raises
+    SceneError if the user's mesh can't be used.
     """
     return distribute_made(lambda: with_sides(tagged_rubber(scene)), comm)
 
 
 def block_size(scene: Scene) -> tuple[float, ...]:
-    """Length, (in 3-D) width, and height of the rubber block in m, of a user's mesh as it is."""
+    """Length, (in 3-D) width, and height of the rubber block or of a user's mesh, m."""
     block = block_shape(scene)
     lengths = [high - low for low, high in block.ranges]
     if block.symmetric:
@@ -58,7 +58,7 @@ def divisions(scene: Scene) -> dict[str, float]:
 
 
 def block_shape(scene: Scene) -> BlockShape:
-    """What the rubber covers: the box of the scene, or what the user has drawn."""
+    """The shape of the rubber: the scene's box, or the extent of the user's drawing."""
     if not _drawn(scene):
         return built_in_shape(scene)
     tagged = tagged_rubber(scene)
@@ -68,21 +68,20 @@ def block_shape(scene: Scene) -> BlockShape:
 
 
 def nominal_area(scene: Scene) -> float | None:
-    """Area of the mesh that the nominal pressure acts on, m2 (m in a slice): length times width
-    at the ice, cuts included. None for what the user has drawn: then it is the plate's.
+    """Nominal area of the mesh, m2 (m in a slice): length times width at the ice, with cuts.
+
+    None for a user's drawing, whose nominal area is that of the plate.
     """
     return None if _drawn(scene) else built_in_shape(scene).area
 
 
 def rounded(scene: Scene, points: Array) -> Array:
-    """Points (..., d), m, on the surface of the rubber's cells where its round edges have them."""
+    """Surface points (..., d), m, of cells moved to the round edges."""
     return points if _drawn(scene) else on_arcs(built_in_shape(scene), points)
 
 
 def tagged_rubber(scene: Scene) -> TaggedMesh:
-    """The rubber on this rank alone. Raises SceneError if the scene's shape can't be meshed, or the
-    user's mesh can't be used.
-    """
+    """The rubber on this rank. Raises SceneError if the shape or the user's mesh is unsuitable."""
     rubber, refinement = scene.rubber, scene.numerics.refinement
     dim = 2 if scene.model == "slice" else 3
     if rubber.mesh is not None:
@@ -93,6 +92,6 @@ def tagged_rubber(scene: Scene) -> TaggedMesh:
 
 
 def _drawn(scene: Scene) -> bool:
-    """Whether the user gives the shape, as a mesh or (of no meaning in a slice) as an outline."""
+    """Whether the user gives the shape, as a mesh or (not in a slice) as an outline."""
     outline = scene.rubber.outline is not None and scene.model != "slice"
     return scene.rubber.mesh is not None or outline

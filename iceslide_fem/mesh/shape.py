@@ -1,8 +1,8 @@
-"""The built-in block as a pure description: what the rubber covers, what is cut into it.
+"""Pure description of the built-in block: its extent and its cuts.
 
-`BlockShape` is straight: its cuts are upright slots and its sides vertical, so that its mesh has
-straight grid lines but for the cut edges. `leaned` then moves points of that block to where they
-are: slots lean and wave, sides have their draft.
+`BlockShape` is straight: slots and sides are vertical, so its mesh has straight grid lines except
+at cut edges. `leaned` then maps its points to the real block, with inclined and wavy slots and
+sides with draft.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Wave(NamedTuple):
         return np.asarray(self.amplitude * (1.0 - 4.0 * np.abs((turns - 0.25) % 1.0 - 0.5)) * -1.0)
 
     def crests(self, low: float, high: float) -> Array:
-        """Where between two places, m, it is furthest to either side."""
+        """Positions of the crests between two places, m."""
         first = 0.0 if self.across else 0.25
         ends = [(place / self.length - first) * 2.0 for place in (low, high)]
         numbers = np.arange(math.ceil(ends[0]), math.floor(ends[1]) + 1.0)
@@ -59,16 +59,15 @@ class Channel(NamedTuple):
     depth: float
 
 
-SKIN = 2e-6  # m: heat is as deep in rubber after 35 us
+SKIN = 2e-6  # m: penetration of heat into rubber in 35 us
 
 
 class BlockShape(NamedTuple):
     """Ranges of x and (in 3-D) y that the rubber covers at the ice, and its height, in m.
 
-    If it is `symmetric`, y begins at 0 and the other half is left out. edge (m): radius of the
-    lower edges of all lugs or, if `cut`, what is cut off them on either side; draft: tan of the
-    lean of the sides; skin (m): thickness of the lowest cells of a block with sharp edges, where
-    its mesh takes heat, else 0.
+    If `symmetric`, only the half y >= 0 is described. edge: radius of the lower edges of all lugs
+    or, if `cut`, length of the chamfer, m; draft: tan of the inclination of the sides; skin:
+    thickness of the lowest cells of a sharp-edged block whose mesh takes heat, else 0, m.
     """
 
     ranges: list[tuple[float, float]]
@@ -83,12 +82,12 @@ class BlockShape(NamedTuple):
 
     @property
     def area(self) -> float:
-        """Nominal contact area, m2 (m in a slice), of what the ranges cover."""
+        """Nominal contact area of the ranges, m2 (m in a slice)."""
         return math.prod(high - low for low, high in self.ranges)
 
     @property
     def straight(self) -> bool:
-        """Whether nothing leans and nothing waves."""
+        """Whether no slot or side is inclined or wavy."""
         return not self.draft and not any(slot.lean or slot.wave for slot in self.slots)
 
 
@@ -123,16 +122,16 @@ def built_in_shape(scene: Scene) -> BlockShape:
 
 
 def _skin(scene: Scene) -> float:
-    """Thickness (m) of the lowest cells. A run that goes on for longer has the same."""
+    """Thickness (m) of the lowest cells, independent of the duration."""
     refinement = max(scene.numerics.refinement, 1.0)
     return SKIN / refinement if scene.rubber.heat == "mesh" else 0.0
 
 
 def leaned(block: BlockShape, points: Array) -> Array:
-    """Points (n, d), m, of the straight block where they are in the block.
+    """Map points (n, d), m, of the straight block to the real block.
 
-    Each slot and each side shifts what is at it along x; between them the shift is linear. It grows
-    from the ice to the slot's end, and goes back to nothing at the plate. Sides along x lean, too.
+    Each slot and side has a shift along x, with linear interpolation between them. The shift grows
+    from the ice to the slot's end, and falls to 0 at the plate. Sides along x are also inclined.
     """
     points = points.copy()
     y = points[:, 1].copy() if points.shape[1] == 3 else np.zeros(len(points))
@@ -144,7 +143,7 @@ def leaned(block: BlockShape, points: Array) -> Array:
 
 
 def straightened(block: BlockShape, points: Array) -> Array:
-    """Points (n, d), m, of the block where they are in the straight one: undoes `leaned`."""
+    """Map points (n, d), m, of the real block to the straight block: the inverse of `leaned`."""
     points = points.copy()
     if points.shape[1] == 3:
         points[:, 1] /= 1.0 + block.draft * points[:, -1] / block.ranges[1][1]
@@ -155,9 +154,7 @@ def straightened(block: BlockShape, points: Array) -> Array:
 
 
 def _shifts(block: BlockShape, y: Array, z: Array) -> tuple[Array, Array]:
-    """Places along x of the straight block's sides and slots (k, n), m, and what they are shifted
-    by at these y and z.
-    """
+    """Positions along x of sides and slots in the straight block (k, n), m, and their shifts, m."""
     low, high = block.ranges[0]
     at, shifts = [low], [-block.draft * z]
     for slot in block.slots:
@@ -174,7 +171,7 @@ def _shifts(block: BlockShape, y: Array, z: Array) -> tuple[Array, Array]:
 
 
 def _between(x: Array, one: Array, other: Array) -> Array:
-    """Where x (n,) among the knots `one` (k, n) is among the knots `other`, linearly."""
+    """Piecewise linear map of x (n,) from the knots `one` (k, n) to the knots `other`."""
     number = np.arange(len(x))
     piece = np.sum(x >= one[1:-1], axis=0)
     (low, high), (first, last) = ((at[piece, number], at[piece + 1, number]) for at in (one, other))

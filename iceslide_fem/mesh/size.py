@@ -1,4 +1,4 @@
-"""How many unknowns a scene has and the memory they take, known before anything is meshed."""
+"""Number of unknowns of a scene and its memory, estimated before meshing."""
 
 from __future__ import annotations
 
@@ -15,15 +15,17 @@ from iceslide_fem.scene import Scene
 # Bytes, measured by scripts.studies.cost_estimates
 PROGRAMS = 0.24e9
 PER_UNKNOWN = 2e3  # mesh, forms, vectors and matrix
-PLANE_FACTORS = 50.0  # of the direct solver in a slice, times n log2(n)
-FACTORS = 570.0  # in a block, times n^(4/3)
+PLANE_FACTORS = 50.0  # of the direct solver in a slice, per n log2(n)
+FACTORS = 570.0  # in a block, per n^(4/3)
 PER_COLUMN = 5e3  # of sliding ice
-# Continuum ice has as many modes along each axis as nodes: so many are found in some 15 s.
+# Continuum ice has as many modes along an axis as nodes. This number takes some 15 s.
 MOST_MODES = 3000
 
 
 class Unknowns(NamedTuple):
-    """Dimension of the meshes; unknowns of rubber (displacements) and of meshed ice; columns of
+    """Sizes of a scene.
+
+    Dimension of the meshes; displacement unknowns of rubber; unknowns of meshed ice; columns of
     sliding ice; nodes of continuum ice in its longest line.
     """
 
@@ -35,7 +37,7 @@ class Unknowns(NamedTuple):
 
 
 def unknowns(scene: Scene) -> Unknowns:
-    """Of a slice or a block. Raises SceneError if the user's mesh can't be used."""
+    """Sizes of a slice or a block. Raises SceneError if the user's mesh is unsuitable."""
     dimensions = 2 if scene.model == "slice" else 3
     rubber = dimensions * int(divisions(scene)["quadratic_nodes"])
     if scene.ice.heat == "continuum":
@@ -50,8 +52,9 @@ def unknowns(scene: Scene) -> Unknowns:
 
 
 def memory_needed(size: Unknowns) -> float:
-    """Bytes of a run in one process. The rubber's factors grow as n log n in a plane, as n^(4/3) in
-    space; ice has none.
+    """Memory of a run in one process, bytes.
+
+    The rubber's factors grow as n log n in a slice and as n^(4/3) in a block; ice has no factors.
     """
     n = size.rubber
     plane = size.dimensions == 2
@@ -60,7 +63,7 @@ def memory_needed(size: Unknowns) -> float:
 
 
 def shortage(scene: Scene) -> str | None:
-    """What a run of `scene` needs of memory, or of modes, if that is more than there is, else None.
+    """Message if a run of `scene` needs more memory or modes than available, else None.
 
     Raises SceneError if the user's mesh can't be used.
     """

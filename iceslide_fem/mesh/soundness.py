@@ -1,7 +1,7 @@
-"""Whether the cells of a mesh fill a body once: nothing twisted, folded, overlapping or torn.
+"""Checks that cells fill a body exactly once: not twisted, folded, overlapping or torn.
 
-A twisted cell or a crack does not stop a finite element solver, it changes its result. Facets
-are found again by their nodes; nodes of different numbers are different, wherever they lie.
+A twisted cell or a crack does not stop a finite element solver, but it changes the result. Facets
+are identified by node numbers; nodes with different numbers are different, even at one position.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ _CORNERS = {  # of the reference cell
     "hexahedron": [(x, y, z) for z in (-1, 1) for x, y in [(-1, -1), (1, -1), (1, 1), (-1, 1)]],
 }
 EMPTY = {"triangle": 1e-4, "tetrahedron": 1e-6, "quadrilateral": 1e-3, "hexahedron": 1e-3}
-TOUCH = 1e-3  # of a facet's shortest edge: nearer than that a node lies on it,
+TOUCH = 1e-3  # of a facet's shortest edge: distance at which a node lies on it,
 ROUNDING = 1e-6  # or of the mesh's size
-INSIDE = 1e-3  # of the way from a facet to the middle of its cell
+INSIDE = 1e-3  # of the distance from a facet to the centre of its cell
 CHUNK = 20_000  # cells whose Jacobians are computed at a time
 
-Fault = tuple[str, Array]  # what is wrong, and the coordinates (m) where
+Fault = tuple[str, Array]  # message, and coordinates (m)
 
 
 def place(where: Array, unit: str = "mm", size: float = 1e-3, digits: int = 3) -> str:
@@ -35,7 +35,7 @@ def place(where: Array, unit: str = "mm", size: float = 1e-3, digits: int = 3) -
 
 
 class Soundness:
-    """Facets of a mesh and how its cells hang together."""
+    """Facets of a mesh, and the connection of its cells."""
 
     def __init__(self, tagged: TaggedMesh) -> None:
         self._points, self._cells, self._kind = tagged.points, tagged.cells, tagged.cell_type
@@ -51,12 +51,12 @@ class Soundness:
         )
         self._count = count[number.ravel()]  # of the cells of a facet
         order = np.argsort(number.ravel(), kind="stable")
-        self._outside = np.sort(first[count == 1])  # places of outer facets in `_facets`
-        self._pairs = order[self._count[order] == 2].reshape(-1, 2)  # of both sides of inner ones
+        self._outside = np.sort(first[count == 1])  # indices of outer facets in `_facets`
+        self._pairs = order[self._count[order] == 2].reshape(-1, 2)  # both sides of inner facets
 
     def fault(self, held: IntArray, name: str = "plate") -> Fault | None:
-        """The first thing that is wrong; `held` are the facets (n, corners) with that `name`, from
-        one of which all of the body must hang.
+        """The first fault; held: facets (n, corners) with the `name`, to which all parts
+        connect.
         """
         return (
             self._twisted()
@@ -73,7 +73,7 @@ class Soundness:
         return self._facets[self._outside]
 
     def _twisted(self) -> Fault | None:
-        """Determinants of the Jacobian over the lengths of its columns, at corners and between."""
+        """Fault of a twisted cell, by scaled Jacobian determinants at corners and between."""
         shapes = np.empty(len(self._cells))
         for start in range(0, len(self._cells), CHUNK):
             corners = self._points[self._cells[start : start + CHUNK]]
@@ -81,7 +81,7 @@ class Soundness:
             jacobian = corners.swapaxes(1, 2)[:, None] @ shape_gradients(self._kind)
             size = np.prod(np.linalg.norm(jacobian, axis=-2), axis=-1)
             det = np.linalg.det(jacobian) / np.where(size > 0.0, size, 1.0)
-            # cells numbered the other way round are as good: the sign of most points counts
+            # the opposite orientation is valid: the majority of signs decides
             mirrored = np.sum(np.sign(det), axis=1, keepdims=True) < 0.0
             shapes[start : start + CHUNK] = np.where(mirrored, -det, det).min(axis=1)
         cell = shapes.argmin()
@@ -95,7 +95,7 @@ class Soundness:
         return f"the cell there {what}", self._middles[cell]
 
     def _folded(self) -> Fault | None:
-        """Facets of three cells, and cells that lie on the same side of their common facet."""
+        """Fault of a facet with three cells, or of two cells on the same side of a facet."""
         many = self._count.argmax()
         if self._count[many] > 2:
             at = self._points[self._facets[many]].mean(axis=0)
@@ -111,7 +111,7 @@ class Soundness:
         return None
 
     def _pinched(self) -> Fault | None:
-        """Nodes whose cells do not hang together by facets at that node."""
+        """Fault of a node whose cells are not connected by facets there."""
         count = len(self._points)
         cells = np.arange(len(self._cells))
         corners = np.sort((cells[:, None] * count + self._cells).ravel())  # of (cell, node)
@@ -130,7 +130,7 @@ class Soundness:
         return None
 
     def _loose(self, held: IntArray, name: str) -> Fault | None:
-        """Parts without one of the facets that are `held`."""
+        """Fault of a part without a `held` facet."""
         parts, part = connected(self._owner[self._pairs], len(self._cells))
         hanging = self._outside[among(self.outer, held)]
         loose = np.setdiff1d(np.arange(parts), part[self._owner[hanging]])
@@ -140,7 +140,7 @@ class Soundness:
         return None
 
     def _touching(self) -> Fault | None:
-        """Outer nodes on an outer facet that is not theirs: cracks, hanging nodes, closed slots."""
+        """Fault of an outer node on a foreign outer facet: crack, hanging node, closed slot."""
         facets = self.outer
         nodes = np.unique(facets)
         # a quadrilateral as two triangles
@@ -169,7 +169,7 @@ class Soundness:
         return what, at
 
     def _overlapping(self) -> Fault | None:
-        """Outer nodes, and middles of outer facets, inside cells that they have no node of."""
+        """Fault of an outer node, or a centre of an outer facet, inside a foreign cell."""
         facets = self.outer
         nodes = np.unique(facets)
         samples = np.concatenate([self._points[nodes], self._points[facets].mean(axis=1)])
@@ -205,7 +205,7 @@ def shape_gradients(kind: str) -> Array:
 
 
 def planes(corners: Array) -> tuple[Array, Array]:
-    """Middle and a normal of facets (n, corners, dim)."""
+    """Centre and a normal of facets (n, corners, dim)."""
     if corners.shape[-1] == 2:
         along = corners[:, 1] - corners[:, 0]
         return corners.mean(axis=1), np.stack([along[:, 1], -along[:, 0]], axis=1)
@@ -217,16 +217,14 @@ def planes(corners: Array) -> tuple[Array, Array]:
 
 
 def connected(pairs: IntArray, size: int) -> tuple[int, IntArray]:
-    """Number of parts that links (n, 2) make of `size` things, and the part of each of them."""
+    """Connected components of `size` items with links (n, 2): their number, and each item's."""
     links = coo_array((np.ones(len(pairs)), pairs.T), shape=(size, size))
     count, part = connected_components(links, directed=False)
     return int(count), part
 
 
 def _within(points: Array, corners: Array, more: Array) -> tuple[IntArray, IntArray]:
-    """Pairs of (body, point) where a point is in the ball around a body's corners, or less than
-    `more` (m) beyond it.
-    """
+    """Pairs (body, point) of points within a body's bounding ball, enlarged by `more` (m)."""
     centres = corners.mean(axis=1)
     radii = np.linalg.norm(corners - centres[:, None], axis=2).max(axis=1) + more
     found = cKDTree(points).query_ball_point(centres, radii)
@@ -236,7 +234,7 @@ def _within(points: Array, corners: Array, more: Array) -> tuple[IntArray, IntAr
 
 
 def _distance(points: Array, corners: Array) -> Array:
-    """Of points (n, dim) to segments or triangles (n, 2 or 3, dim); inf beside a triangle."""
+    """Distances of points (n, dim) to segments or triangles (n, 2 or 3, dim); inf beside one."""
     base, edges = corners[:, 0], corners[:, 1:] - corners[:, :1]
     gram = np.einsum("nai,nbi->nab", edges, edges)
     right = np.einsum("nai,ni->na", edges, points - base)

@@ -1,8 +1,8 @@
-"""The straight block: patches of its profile, and in 3-D what they and its cut edges sweep.
+"""The straight block: patches of its profile, and in 3-D their sweeps and cut edges.
 
-Every lug of a block has a cut edge around it. What is within its zone is a frame of four bars,
-which meet in mitres, upright planes at 45 degrees; so two arcs of one radius meet in an ellipse.
-Within the frame the lug is a box.
+Every lug of a block has a cut edge around it. The zone of this edge is a frame of four bars. Bars
+meet in mitres, vertical planes at 45 degrees, so two arcs of one radius meet in an ellipse. Within
+the frame the lug is a box.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ from iceslide_fem.mesh.tagged import IntArray
 from iceslide_fem.runtime.arrays import Array
 
 NEAR = 1e-9  # of the height
-# The patches at an arc meet at this distance from its middle, and so many radii from the corner
-# lies the middle of an arc, and of a cut at 45 degrees.
+# Distance of the point where the patches at an arc meet from the arc's middle; distances of the
+# middles of an arc and of a 45 degree chamfer from the corner, in radii.
 MEETING = 0.5
 MIDDLE = {False: 1.0 - 0.5**0.5, True: 0.5}
-RUN = 3.0  # widths of a zone from a mitre in which cells are moved to meet it
+RUN = 3.0  # zone widths from a mitre over which cells are distorted
 
 Part = tuple[Array, IntArray]  # points (n, 3), m, and hexahedra (m, 8)
 
 
 def profile_patches(block: BlockShape, grid: Grid) -> list[Patch]:
-    """Patches of the profile, which are those of the block across the sliding direction, too."""
+    """Patches of the profile; also used across the sliding direction."""
     patches: list[Patch] = []
     for span in grid.columns:
         patches += upright(span.middle, rows_above(grid, span.depth))
@@ -61,8 +61,8 @@ def edge_patches(corner: float, sign: int, grid: Grid, cut: bool) -> list[Patch]
 def _lowest_patches(x: float, sign: int, edge: EdgeCells, cut: bool) -> list[Patch]:
     """The three patches at a cut edge, whose sharp corner would be at (x, 0).
 
-    The cut is one side with the bottom beside it and the wall above it: half of them belong to
-    either patch along it; a third patch fills the zone's inner corner. All three meet at a point.
+    Two patches lie along the cut, one with the bottom beside it and one with the wall above it. A
+    third patch fills the inner corner of the zone. All three meet at a point.
     """
     r, (layer, zone) = edge.radius, (lines[-1] for lines in edge.zone)
 
@@ -118,7 +118,7 @@ def swept(block: BlockShape, grid: Grid) -> Part:
 
 
 def _bar(patches: list[Patch], lug: Span, inner: float) -> Part:
-    """A bar along x below the side of a lug, from y = `inner` on; its `patches` lie in y and z."""
+    """A bar along x at the side of a lug, from y = `inner` outwards; patches: in y and z."""
     points, cells = mesh_patches(patches, lug.middle)
     points = points[:, [1, 0, 2]]
     points[:, 0] = _mitred(points[:, 0], lug, np.abs(points[:, 1] - inner))
@@ -126,7 +126,7 @@ def _bar(patches: list[Patch], lug: Span, inner: float) -> Part:
 
 
 def _above_channel(grid: Grid, channel: Span, zone: float) -> list[Patch]:
-    """The profile above a channel, whose columns are those of the lugs' sides."""
+    """The profile above a channel, with the columns of the lugs' sides."""
     patches: list[Patch] = []
     for span in grid.columns:
         line = _mitred(span.middle, span, zone)
@@ -135,8 +135,9 @@ def _above_channel(grid: Grid, channel: Span, zone: float) -> list[Patch]:
 
 
 def _short_of_zone(grid: Grid, x: Array) -> Array:
-    """How far (m) places x in the zones of cut edges are from their ends: 0 within a lug's frame,
-    a zone's width at the lug's end and beyond it.
+    """Distance (m) of x from the inner end of a cut edge's zone.
+
+    0 within a lug's frame, the width of the zone at the lug's end and beyond.
     """
     knots = [[span.low, *span.middle[[0, -1]], span.high] for span in grid.columns]
     most = float(grid.zone[-1][-1]) if grid.zone else 0.0
@@ -145,9 +146,9 @@ def _short_of_zone(grid: Grid, x: Array) -> Array:
 
 
 def _mitred(at: Array, span: Span, short: Array | float) -> Array:
-    """Places in a span's middle, m, moved to where they are `short` of the end of its edges' zone.
+    """Positions in a span's middle, m, moved to meet mitres.
 
-    Those at its ends are moved by as much, those further inside less, and most not at all.
+    Positions at its ends move by `short`, those farther inside less, and most not at all.
     """
     first, last = span.middle[0], span.middle[-1]
     zone = max(first - span.low, span.high - last)
@@ -159,7 +160,7 @@ def _mitred(at: Array, span: Span, short: Array | float) -> Array:
 
 
 def _joined(parts: list[Part]) -> Part:
-    """Parts as one, whose points at one place are one."""
+    """One part from several, with coincident points merged."""
     if len(parts) == 1:
         return parts[0]
     starts = np.cumsum([0, *(len(points) for points, _ in parts[:-1])])

@@ -12,7 +12,7 @@ from iceslide_fem.runtime.arrays import Array, Mask
 
 IntArray = NDArray[np.int64]
 
-FACETS: dict[str, list[tuple[int, ...]]] = {  # by corners, as the sides S1, S2, ... of Abaqus
+FACETS: dict[str, list[tuple[int, ...]]] = {  # by corners, in the order S1, S2, ... of Abaqus
     "triangle": [(0, 1), (1, 2), (2, 0)],
     "quadrilateral": [(0, 1), (1, 2), (2, 3), (3, 0)],
     "tetrahedron": [(0, 1, 2), (0, 1, 3), (1, 2, 3), (0, 2, 3)],
@@ -31,8 +31,8 @@ class TaggedMesh(NamedTuple):
     """A mesh, undistributed. Nodes of cells and facets are numbered as gmsh does.
 
     points (n, dim) in m; cell_type triangle, quadrilateral, tetrahedron or hexahedron;
-    cells (m, corners); facets: name -> (k, corners of a facet); body: name of the cells. Where they
-    are of several kinds, regions: name -> (k,) numbers of cells, each in one of them.
+    cells (m, corners); facets: name -> (k, corners of a facet); body: name of the cells; regions:
+    name -> (k,) numbers of cells, if there are several; each cell is in one region.
     """
 
     points: Array
@@ -44,7 +44,7 @@ class TaggedMesh(NamedTuple):
 
     @property
     def named_cells(self) -> Mapping[str, IntArray]:
-        """Numbers (k,) of the cells by their names: the regions, or all of the one body."""
+        """Numbers (k,) of the cells by name: the regions, or all cells of the body."""
         return self.regions or {self.body: np.arange(len(self.cells))}
 
     @property
@@ -64,7 +64,7 @@ def facets_of(tagged: TaggedMesh) -> IntArray:
 
 
 def outer_facets(tagged: TaggedMesh) -> IntArray:
-    """Facets of one cell only, (n, corners)."""
+    """Facets with one cell only, (n, corners)."""
     facets = facets_of(tagged)
     _, first, count = np.unique(
         np.sort(facets, axis=1), axis=0, return_index=True, return_counts=True

@@ -1,8 +1,8 @@
-"""A user's own mesh of a tread block, or of ice: read, checked, and refused with a reason.
+"""A user's mesh of a tread block or of ice: read, checked, and refused with a reason.
 
-What a mesh must be: coordinates in `rubber.mesh_unit` (`ice.mesh_unit`), vertical last (a slice
-lies in the file's x-y plane, y up), the ice plane at 0. Cells of one type, first order or straight,
-that fill the body once (`soundness`); outer facets with names:
+Requirements: coordinates in `rubber.mesh_unit` (`ice.mesh_unit`), vertical last (a slice lies in
+the file's x-y plane, y up), the ice plane at 0. Cells are of one type, first order or straight, and
+fill the body once (`soundness`). Outer facets have names:
 
 - rubber of triangles, quadrilaterals, tetrahedra or hexahedra named `rubber`; `contact` (all that
   may touch the ice, with all that lie on it), `plate` (on the flat top), for half a block
@@ -27,7 +27,7 @@ from iceslide_fem.mesh.soundness import Fault, Soundness
 from iceslide_fem.mesh.tagged import IntArray, TaggedMesh, among, facets_of
 from iceslide_fem.runtime.errors import SceneError
 
-SIZES, ICE_SIZES = (1e-5, 0.3), (1e-5, 3.0)  # m; what is not within was drawn in another unit
+SIZES, ICE_SIZES = (1e-5, 0.3), (1e-5, 3.0)  # m; other sizes are in another unit
 ICE_PARTS = ("surface", "base", "symmetry")
 ICE_KINDS = ("quadrilateral", "hexahedron")
 
@@ -35,8 +35,8 @@ ICE_KINDS = ("quadrilateral", "hexahedron")
 def load_user_mesh(path: Path | str, dim: int, unit: str = "m") -> TaggedMesh:
     """Read and check a user's mesh of dimension `dim` (2 for a slice, 3 for a block).
 
-    `unit` (`readers.UNITS`) is that of its coordinates; those of the result are in m. Raises
-    SceneError with a sentence that names the file, what is wrong with it and where.
+    unit: of its coordinates (`readers.UNITS`); the result is in m. Raises SceneError with the file,
+    its fault and the position.
     """
     file = rubber_file(Path(path), dim)
     return _checked(file, unit, readers.stamps(file))
@@ -54,7 +54,7 @@ def _checked(file: MeshFile, unit: str, stamps: tuple[int, ...]) -> TaggedMesh:
 
 
 def _check_placement(file: MeshFile, tagged: TaggedMesh, outer: IntArray, near: float) -> None:
-    """Raise SceneError if the parts of a mesh are not where the module's docstring says."""
+    """Raise SceneError if the parts of a mesh are not where the module docstring requires."""
     heights = tagged.points[:, -1]
     lowest, height = heights.min(), heights.max()
     if abs(lowest) > near:
@@ -90,10 +90,9 @@ def load_user_ice(
 ) -> TaggedMesh:
     """Read and check a user's mesh of ice, of dimension `dim` (2 for a slice, 3 for a block).
 
-    `unit` (`readers.UNITS`) is that of its coordinates; those of the result are in m. `names` are
-    those of the layers below the ice: its regions are "ice" and these; rubber may be in the file,
-    too. Outer facets that have no name are its `sides`. Raises SceneError with a sentence that
-    names the file, what is wrong with it and where.
+    unit: of its coordinates (`readers.UNITS`); the result is in m. names: of the layers below the
+    ice; the regions are "ice" and these. The file may also contain rubber. Unnamed outer facets
+    become `sides`. Raises SceneError with the file, its fault and the position.
     """
     file = MeshFile("ice.mesh", Path(path), dim, ("ice", *names), ICE_PARTS, beside=("rubber",))
     return _checked_ice(file, unit, readers.stamps(file))
@@ -156,7 +155,7 @@ def _facets_of_ice(tagged: TaggedMesh) -> IntArray:
 
 
 def _lost_surface(tagged: TaggedMesh, outer: IntArray, near: float) -> Fault | None:
-    """The first of the `outer` facets (n, corners) of ice at 0 that is not of the surface."""
+    """The first of the `outer` ice facets (n, corners) at 0 without the name `surface`."""
     lost = (np.abs(tagged.points[outer, -1]) <= near).all(axis=1)
     lost &= among(outer, _facets_of_ice(tagged)) & ~among(outer, tagged.facets["surface"])
     if not lost.any():

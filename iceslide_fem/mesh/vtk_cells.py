@@ -1,7 +1,7 @@
-"""Meshes that ParaView shows: XDMF (of DOLFINx, too), VTU and legacy VTK, read by VTK.
+"""Meshes in XDMF (also of DOLFINx), VTU and legacy VTK, read by VTK.
 
-A name is cell data of that name that are not zero; facets are cells of their own. The grids of an
-XDMF file may share their points, as the mesh and the tags of DOLFINx do.
+A name is a nonzero cell data array of that name; facets are separate cells. The grids of an XDMF
+file may share their points, as mesh and tags of DOLFINx do.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from iceslide_fem.mesh.tagged import TaggedMesh
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 
-# By VTK's numbers of cell types, and how many nodes a cell has.
+# By VTK's cell type, and number of nodes.
 _KINDS = {(number, kind.nodes): name for name, kind in KINDS.items() for number in kind.vtk}
 XINCLUDE = b"://www.w3.org/2001/XInclude"
 
@@ -30,14 +30,14 @@ XINCLUDE = b"://www.w3.org/2001/XInclude"
 def load(file: MeshFile) -> TaggedMesh:
     """Read the cells that are named as `file.bodies` and all named sets of facets.
 
-    Raises SceneError where VTK can't read the file, and as `tagged_mesh` does.
+    Raises SceneError if VTK can't read the file, or as `tagged_mesh`.
     """
     with tempfile.TemporaryDirectory() as folder:
         source = file.path.resolve()
         if source.suffix.lower() in (".xdmf", ".xmf"):
             source = _checked_xdmf(file, Path(folder))
         arrays = _by_vtk(file, source, Path(folder) / "cells.npz")
-    points: dict[int, Array] = {}  # by the number of the first
+    points: dict[int, Array] = {}  # by the number of their first point
     blocks: list[Block] = []
     count = 0
     for number in range(sum(name.endswith(" types") for name in arrays)):
@@ -53,7 +53,7 @@ def load(file: MeshFile) -> TaggedMesh:
 
 
 def _blocks(arrays: Mapping[str, Any], number: int, first: int) -> list[Block]:
-    """Named cells of a grid whose points are numbered from `first`."""
+    """Named cells of a grid with points numbered from `first`."""
     types, offsets = arrays[f"{number} types"], arrays[f"{number} offsets"]
     nodes, sizes = arrays[f"{number} connectivity"], np.diff(offsets)
     found = []
@@ -69,7 +69,7 @@ def _blocks(arrays: Mapping[str, Any], number: int, first: int) -> list[Block]:
 
 
 def _by_vtk(file: MeshFile, source: Path, target: Path) -> dict[str, Any]:
-    """Arrays that `vtk_process` writes to `target`."""
+    """Arrays that `vtk_process` writes to the file `target`."""
     program = Path(__file__).with_name("vtk_process.py")
     words = [sys.executable, "-P", str(program), str(source), str(target)]
     done = subprocess.run(words, capture_output=True, text=True, errors="replace")
@@ -86,11 +86,11 @@ def _by_vtk(file: MeshFile, source: Path, target: Path) -> dict[str, Any]:
 
 
 def _checked_xdmf(file: MeshFile, folder: Path) -> Path:
-    """A copy in `folder`, beside links to its files of data, with XInclude under its own address.
+    """A copy in `folder` with links to its data files and a corrected XInclude namespace.
 
-    DOLFINx 0.11 writes another one, https for http, at which VTK's reader ends with a fault. The
-    path itself where data lie above its folder. Raises SceneError if the file is no XML, or names a
-    file of data that is not there.
+    DOLFINx 0.11 writes https instead of http, which crashes VTK's reader. If data lie above the
+    file's folder, its own path is returned. Raises SceneError if the file is no XML, or if a data
+    file is missing.
     """
     path = file.path.resolve()
     try:
@@ -113,7 +113,7 @@ def _checked_xdmf(file: MeshFile, folder: Path) -> Path:
     if any(".." in Path(name).parts for name in names):
         return path
     for name in names:
-        if not (folder / name).exists():  # as an absolute path does
+        if not (folder / name).exists():  # exists for an absolute path
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             (folder / name).symlink_to(path.parent / name)
     copy = folder / path.name

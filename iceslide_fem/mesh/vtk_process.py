@@ -1,8 +1,8 @@
-"""Read a mesh with VTK in a process of its own: python -P vtk_process.py MESH.vtu CELLS.npz
+"""Read a mesh with VTK in a separate process: python -P vtk_process.py MESH.vtu CELLS.npz
 
-VTK cannot live in one process with DOLFINx, and a damaged file may end it. This module imports
-nothing of the package. Arrays of grid i in the file that it writes: `i points` (n, 3), `i types`,
-`i offsets`, `i connectivity` as in VTK, and `i/NAME` for every cell data of one number.
+VTK and DOLFINx cannot share a process, and a damaged file may crash VTK. This module imports
+nothing of the package. It writes these arrays of grid i: `i points` (n, 3), `i types`, `i offsets`,
+`i connectivity` as in VTK, and `i/NAME` for every scalar cell data array.
 """
 
 from __future__ import annotations

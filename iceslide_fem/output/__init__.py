@@ -1,4 +1,4 @@
-"""What a run writes: tables, fields, summary. Whatever has been written stays readable.
+"""Output of a run: tables, fields, summary. Files are readable at any time.
 
 Imports `coupling` and what is below it; `table` and `summary` import no FEniCS.
 """

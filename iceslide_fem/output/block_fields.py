@@ -1,4 +1,4 @@
-"""The fields of a sliding block: rubber, interface, ice, and the trail on ice that passes."""
+"""Fields of a sliding block: rubber, interface, ice, and the trail on sliding ice."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ from iceslide_fem.runtime.units import ZERO_CELSIUS
 
 
 class BlockFields:
-    """Grids of the present moment, those of `names` that there are; all is collective.
+    """Grids at the present time, for the available `names`; all methods are collective.
 
-    rubber (with stress: its stresses, too), interface, contact_points, ice and trail, as in
+    rubber (with stress: also stresses), interface, contact_points, ice and trail, as in
     docs/reference/columns.md. Closed-form ice has no temperature below its surface, attached ice no
     trail.
     """
@@ -55,8 +55,9 @@ class BlockFields:
         self._present = present
 
     def grids(self, accepted: AcceptedStep | None) -> dict[str, Grid | None]:
-        """This rank's parts of the grids by name, None where it has none; those of the ice's tensor
-        grid are on the last. `accepted` led to the present moment, None at t = 0.
+        """This rank's parts of the grids by name, None without a part.
+
+        Tensor grids of the ice are on the last rank. accepted: the last step, None at t = 0.
         """
         return {name: grid(accepted) for name, grid in self._present.items()}
 
@@ -97,7 +98,7 @@ class BlockFields:
         return tensor_grid(lines, {TEMPERATURE: celsius.T})
 
     def _meshed_ice(self, accepted: AcceptedStep | None) -> Grid | None:
-        """This rank's part of the ice's mesh, where the ice is relative to the plate."""
+        """This rank's part of the ice's mesh, at the ice's position relative to the plate."""
         equation, rise = self._sliding.frame.ice.equation, self._rises().ice
         assert equation is not None and isinstance(equation.elements, LayeredElements)
         assert rise is not None
@@ -106,7 +107,7 @@ class BlockFields:
         return mesh_grid(equation.elements, {TEMPERATURE: celsius}, -current.loads.offset)
 
     def _below_facets(self, depths: Array, celsius: Array) -> Grid | None:
-        """Ice of the rubber's own points, which it follows: means below each facet."""
+        """Attached ice below the rubber's points: means below each facet."""
         block, contact = self._sliding.block, self._sliding.current.contact
         below = celsius.T.reshape(*contact.pressure.shape, depths.size)
         touching = np.asarray((contact.pressure > 0.0).any(axis=1))
@@ -114,10 +115,10 @@ class BlockFields:
         return self._facets.below(block.rubber.displacements, touching, depths, means)
 
     def _trail(self, accepted: AcceptedStep | None) -> Grid | None:
-        """Film and heat at the nodes of the window of ice that follows the block."""
+        """Film and heat at the nodes of the moving window of ice."""
         state, profile = self._sliding.current.interface, self._profile()
         grid = profile.grid
-        assert grid is not None  # sliding ice lies on one
+        assert grid is not None  # sliding ice has one
         values = {
             "surface temperature (degC)": self._celsius(profile.kelvin[0]),
             "heat (J/m^2)": profile.heat,
@@ -131,7 +132,7 @@ class BlockFields:
         return tensor_grid(self._lines(grid), values) if _is_last(grid) else None
 
     def _lines(self, grid: SurfaceGrid) -> list[Array]:
-        """Lines of the ice's grid where the ice is relative to the plate, m."""
+        """Lines of the ice's grid relative to the plate, m."""
         along, *across = grid.lines
         return [along - self._sliding.current.loads.offset, *across]
 
@@ -144,7 +145,7 @@ class BlockFields:
         return profile
 
     def _celsius(self, kelvin: Array) -> Array:
-        """Temperature in degC; no reading may be above T_m."""
+        """Temperature in degC, limited to T_m."""
         T_m = self._sliding.block.scene.ice.melting_temperature
         return np.asarray(np.minimum(kelvin, T_m) - ZERO_CELSIUS)
 

@@ -1,4 +1,4 @@
-"""Fields as VTK time series, readable at any time while they grow."""
+"""Fields as VTK time series, readable while a run writes them."""
 
 from __future__ import annotations
 
@@ -17,25 +17,25 @@ _LAST = b"  </Collection>\n</VTKFile>\n"
 
 
 class Fields:
-    """Time series `NAME.pvd` in one folder, of grids of which ranks have parts.
+    """Time series `NAME.pvd` in one folder, of grids distributed over the ranks.
 
-    A file is listed when it is whole, and a list grows by an entry and its end in one: an
-    interrupted run leaves nothing half. After a loss of power the last files may be: no step waits
-    for the disk. Values are written with single precision, points with double.
+    A complete file is added to the list in one write, so an interrupted run leaves valid lists.
+    After a loss of power the last files may be incomplete, because no step waits for the disk.
+    Values have single precision, points double precision.
     """
 
     def __init__(
         self, folder: Path | str, comm: Any, earlier: Sequence[Mapping[str, Any]] = ()
     ) -> None:
-        """`earlier`: what `written` was when the run that goes on was interrupted."""
+        """`earlier`: `written` of the run to continue."""
         self._folder, self._comm = Path(folder), comm
         self.written = [dict(entry) for entry in earlier]
-        self._ends: dict[str, int] = {}  # of the entries in each list, bytes
+        self._ends: dict[str, int] = {}  # end of the entries in each list, bytes
 
     def write(self, time: float, grids: Mapping[str, Grid | None]) -> None:
-        """Append this rank's parts of `grids`, by their names, at `time` (s): None if it has none.
+        """Append this rank's parts of `grids`, by name, at `time` (s); None without a part.
 
-        Each part is a file of its own. Collective. Raises OutputError on a rank that cannot write.
+        Each part is a separate file. Collective. Raises OutputError on a rank that cannot write.
         """
         number, comm, files = len(self.written), self._comm, {}
         there = comm.allgather([grid is not None for grid in grids.values()])
@@ -60,7 +60,7 @@ class Fields:
                     self._list(name)
 
     def _list(self, name: str) -> None:
-        """List the last file of `name`: behind the others, or all in a list of this run's own."""
+        """Append the last file of `name` to its list, or write a new list."""
         path, entry = self._folder / f"{name}.pvd", _entry(self.written[-1], name)
         if name in self._ends and path.exists():
             replace_end(path, self._ends[name], entry + _LAST)
@@ -72,7 +72,7 @@ class Fields:
 
 
 def _entry(one: Mapping[str, Any], name: str) -> bytes:
-    """Lines of the list for all parts of `name` at a moment."""
+    """Lines of the list for all parts of `name` at one time."""
     files = [one[name]]
     while (part := _part(name, len(files))) in one:
         files.append(one[part])
@@ -84,5 +84,5 @@ def _entry(one: Mapping[str, Any], name: str) -> bytes:
 
 
 def _part(name: str, part: int) -> str:
-    """What `Fields.written` calls a part of a grid."""
+    """Key of a part of a grid in `Fields.written`."""
     return f"{name}.{part}" if part else name

@@ -1,7 +1,6 @@
-"""Meshes with values, of every rank its part: what pyvista and ParaView show.
+"""Meshes with values, one part per rank, for pyvista and ParaView.
 
-In a slice all points are (x, z, 0), and vectors and tensors likewise: their third direction is the
-one out of the plane.
+In a slice all points are (x, z, 0). The third component of vectors and tensors is out of the plane.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ from iceslide_fem.runtime.arrays import Array
 
 Cells = NDArray[np.int64]
 
-# By the cell's kind and number of nodes: meshio's name, and the nodes in VTK's order.
+# By kind and number of nodes of a cell: meshio's name, and VTK's node order.
 _VTK_CELLS = {
     ("interval", 2): ("line", [0, 1]),
     ("triangle", 3): ("triangle", [0, 1, 2]),
@@ -40,12 +39,12 @@ _VTK_CELLS = {
 }  # fmt: skip
 TEMPERATURE = "temperature (degC)"
 _CORNERS = {"interval": 2, "triangle": 3, "quadrilateral": 4}
-# What stands on a facet when it is drawn downwards.
+# Cell type of a facet extruded downwards.
 _STACKED = {"line": "quad", "triangle": "wedge", "quad": "hexahedron"}
 
 
 class Grid(NamedTuple):
-    """Points (n, 3), m; cells of one kind (meshio's name) by their points; values by names."""
+    """Points (n, 3), m; cells of one kind (meshio's name); values by name."""
 
     points: Array
     kind: str
@@ -55,7 +54,7 @@ class Grid(NamedTuple):
 
 
 class RubberGrid:
-    """This rank's cells of the undeformed block, with what its nodes have."""
+    """This rank's cells of the undeformed block, with nodal values."""
 
     def __init__(self, rubber: HyperelasticBody) -> None:
         self._rubber = rubber
@@ -75,9 +74,11 @@ class RubberGrid:
         more: Mapping[str, Array] | None = None,
         fallen: Array | None = None,
     ) -> Grid | None:
-        """With displacements `u`, velocities (blocked dofs, d), the `stress`, and `more` values at
-        the nodes; None on a rank without cells. In rubber that relaxes stress and energy have
-        `fallen`. Collective.
+        """The grid with displacements `u`, velocities, stresses, and `more` nodal values.
+        Collective.
+
+        u, velocities: (blocked dofs, d); fallen: reduction of stress and energy by relaxation. None
+        on a rank without cells.
         """
         data = {"displacement": _in_space(u), **(more or {})}
         if velocity is not None:
@@ -97,9 +98,9 @@ class RubberGrid:
         return Grid(self._points, self._kind, self._cells, values, {})
 
     def _at_nodes(self, at_vertices: Array) -> Array:
-        """Values at all local nodes (n, 7) of the cells' own at their vertices (c, k, 7): at a
-        vertex the mean of all ranks' cells by their weights, between vertices by their shape
-        functions. Collective.
+        """Nodal values (n, 7) from values of cells at their vertices (c, k, 7). Collective.
+
+        A vertex has the weighted mean over the cells of all ranks. Other nodes are interpolated.
         """
         weights, count = self._recovery.weights[..., None], at_vertices.shape[-1]
         vertices = self._dofs[:, : weights.shape[1]]
@@ -112,7 +113,7 @@ class RubberGrid:
         return at_nodes
 
     def _over_ranks(self, values: Array) -> Array:
-        """Sums (n, m) of what ranks have at the nodes that they share. Collective."""
+        """Sums (n, m) over ranks at shared nodes. Collective."""
         vector, dim = self._rubber.create_vector(), _dim(self._rubber)
         sums = np.pad(values, ((0, 0), (0, -values.shape[1] % dim)))
         for first in range(0, sums.shape[1], dim):
@@ -128,10 +129,10 @@ class RubberGrid:
 
 
 def mesh_grid(elements: LayeredElements, values: Mapping[str, Array], along: float) -> Grid | None:
-    """This rank's cells of a layered mesh, moved `along` x (m), with `values` at all local dofs of
-    the space; None on a rank without cells.
+    """This rank's cells of a layered mesh, shifted `along` x (m); None without cells.
 
-    The halves of each cell, in which values are nearly straight downwards.
+    values: at all local dofs of the space. Each cell is split into halves, in which values are
+    nearly linear downwards.
     """
     if not len(elements.halves):
         return None
@@ -146,7 +147,7 @@ def mesh_grid(elements: LayeredElements, values: Mapping[str, Array], along: flo
 
 
 class FacetGrid:
-    """This rank's contact facets where they are, with means of what their points have."""
+    """This rank's deformed contact facets, with means of values at their points."""
 
     def __init__(self, rubber: HyperelasticBody, surface: ContactSurface) -> None:
         self._surface, self._flat = surface, _dim(rubber) == 2
@@ -157,18 +158,17 @@ class FacetGrid:
         self._corner_dofs = surface.dofs[surface.firsts][:, order]
         _, self._first, point = np.unique(
             self._corner_dofs, return_index=True, return_inverse=True
-        )  # facets that share a corner share a point
+        )  # shared corners are shared points
         self._cells = point.reshape(self._corner_dofs.shape).astype(np.int64)
 
     def grid(
         self, u: Array, values: Mapping[str, Array], force: Array | None = None
     ) -> Grid | None:
-        """Facets displaced by `u` (blocked dofs, d) with means of `values` (f, q); None on a rank
-        without facets.
+        """Facets displaced by `u` (blocked dofs, d), with means of `values` (f, q).
 
-        A point where a value is NaN does not count. `force` (f, d), N, is that of the ice on
-        each facet or part of one: the traction is force per area of the facet as it is drawn, so
-        that its integral is the force.
+        Points with NaN are excluded. force: of the ice on each facet or part, (f, d), N. The
+        traction is force per drawn area of the facet, so its integral is the force. None on a rank
+        without facets.
         """
         if not len(self._cells):
             return None
@@ -183,10 +183,9 @@ class FacetGrid:
     def below(
         self, u: Array, touching: NDArray[np.bool_], depths: Array, profiles: Array
     ) -> Grid | None:
-        """What lies below the facets that touch: `profiles` (f, n_depths) hanging from each; None
-        on a rank without such.
+        """Columns below touching facets with `profiles` (f, n_depths); None without such facets.
 
-        The value under a facet is that of its own column: neighbours share no points.
+        Neighbouring columns share no points, because each has its own values.
         """
         if not touching.any():
             return None
@@ -203,7 +202,7 @@ class FacetGrid:
         return Grid(points.reshape(-1, 3), _STACKED[self._kind], cells, data, {})
 
     def means(self, values: Array) -> Array:
-        """Means (f, ...) of values (f, q, ...) that all points have."""
+        """Means (f, ...) of values (f, q, ...) at all points."""
         weights = abs(self._surface.weights)
         return np.asarray(
             np.einsum("fq,fq...->f...", weights, values)
@@ -219,7 +218,7 @@ class FacetGrid:
         return _in_space(self._corner_nodes + u[self._corner_dofs])
 
     def _means(self, values: Sequence[Array]) -> Array:
-        """Means (facets, k) of k `values` (f, q), of the points that have one."""
+        """Means (facets, k) of k `values` (f, q) over points without NaN."""
         weights = abs(self._surface.weights)
         at = np.array(values).reshape(len(values), *weights.shape)
         known = ~np.isnan(at)
@@ -229,7 +228,7 @@ class FacetGrid:
 
 
 def point_grid(positions: Array, values: Mapping[str, Array]) -> Grid | None:
-    """This rank's contact points as they are: positions (f, q, d), m, with `values` (f, q)."""
+    """This rank's contact points at positions (f, q, d), m, with `values` (f, q)."""
     points = _in_space(positions.reshape(-1, positions.shape[-1]))
     if not len(points):
         return None
@@ -238,7 +237,7 @@ def point_grid(positions: Array, values: Mapping[str, Array]) -> Grid | None:
 
 
 def tensor_grid(lines: Sequence[Array], values: Mapping[str, Array]) -> Grid:
-    """Values on all nodes of a grid by its lines of x, (y,) (z), m, in C order."""
+    """Values on all nodes of a grid with lines of x, (y,) (z), m, in C order."""
     shape = [line.size for line in lines]
     coordinates = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, len(lines))
     points = np.zeros((len(coordinates), 3))

@@ -1,4 +1,4 @@
-"""What a block and its interface amount to at one moment: a row of a table, values at points."""
+"""State of a block and its interface at one time: a table row, and values at points."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from iceslide_fem.rubber.press import PathPoint
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 
-# What fields call them.
+# Names in fields.
 _FIELDS = {FILM_VISCOSITY: "film viscosity (Pa s)", CONTACT_AREA: "contact area fraction (1)"}
 
 
 def preload_row(block: Block, point: PathPoint) -> PreloadRow:
-    """Row of `preload.csv` for an equilibrium on the way to sliding. Collective."""
+    """Row of `preload.csv` for an equilibrium on the path to sliding. Collective."""
     contact = block.contact
     highest = float(contact.pressure.max(initial=0.0))
     return PreloadRow(
@@ -44,7 +44,7 @@ def preload_row(block: Block, point: PathPoint) -> PreloadRow:
 
 
 def slide_row(sliding: Sliding, ledger: Ledger, accepted: AcceptedStep | None) -> HistoryRow:
-    """Row of `history.csv` at the present moment; `accepted` led to it, None at t = 0. Collective.
+    """Row of `history.csv` at the present time; accepted: last step, None at t = 0. Collective.
 
     Heights, temperature and the melted and saturated fractions are means over the contact area.
     """
@@ -87,9 +87,9 @@ def slide_row(sliding: Sliding, ledger: Ledger, accepted: AcceptedStep | None) -
 
 
 def interface_fields(sliding: Sliding, accepted: AcceptedStep | None) -> dict[str, Array]:
-    """Fields on the contact points for output, (f, q), by their names with units. Collective.
+    """Fields at contact points, (f, q), by names with units. Collective.
 
-    NaN where there is no contact and so no film: a facet's mean leaves those points out.
+    NaN without contact, where there is no film; means of facets exclude these points.
     """
     current = sliding.current
     shape = current.contact.pressure.shape
@@ -114,14 +114,14 @@ def interface_fields(sliding: Sliding, accepted: AcceptedStep | None) -> dict[st
 
 
 def law_columns(sliding: Sliding) -> tuple[str, ...]:
-    """Columns of the law: of its internal variables, and of water in voids that carry."""
+    """Columns of the law: internal variables, and water in load-bearing voids."""
     return *sliding.block.law.columns, *water_names(sliding.block.law)
 
 
 def fields_on_nodes(sliding: Sliding) -> dict[str, Array]:
-    """What the law's internal variables on this rank's nodes say, by what fields call it.
+    """Values from the law's internal variables at this rank's nodes, by field name.
 
-    But for k: nodes have no pressure of their own.
+    k is excluded, because nodes have no pressure.
     """
     internal = sliding.current.interface.internal
     found = sliding.block.law.reported(internal, np.zeros(internal.shape[1]))
@@ -129,7 +129,7 @@ def fields_on_nodes(sliding: Sliding) -> dict[str, Array]:
 
 
 def _at_points(sliding: Sliding) -> Mapping[str, Array]:
-    """What the law's internal variables at the points say, by their columns, SI. Collective."""
+    """Values from the law's internal variables at the points, by column, SI. Collective."""
     current = sliding.current
     if not sliding.block.law.columns:
         return {}
@@ -138,21 +138,21 @@ def _at_points(sliding: Sliding) -> Mapping[str, Array]:
 
 
 def _named(columns: Mapping[str, Array]) -> dict[str, Array]:
-    """Columns of internal variables by what fields call them."""
+    """Columns of internal variables, by field name."""
     return {_FIELDS.get(name, name): field for name, field in columns.items()}
 
 
 def thinnest_film(sliding: Sliding) -> float:
-    """Smallest film height where there is contact, m; infinite where there is none. Collective."""
+    """Smallest film height in contact, m; infinite without contact. Collective."""
     current = sliding.current
     height = sliding.frame.film_height(current.interface, current.loads)
     touching = height[current.loads.pressure > 0.0]
-    own = float(np.fmin.reduce(touching, initial=np.inf))  # NaN where there are no films
+    own = float(np.fmin.reduce(touching, initial=np.inf))  # NaN without films
     return sliding.block.surface.comm.allreduce(own, op=MPI.MIN)
 
 
 def outside_table(block: Block, contact: ContactState) -> float:
-    """Fraction of the contact area whose pressure the table of k, D, H_V does not cover."""
+    """Fraction of the contact area with a pressure outside the table of k, D, H_V."""
     touching = contact.pressure > 0.0
     outside = touching & block.law.outside(contact.pressure)
     total = _contact_area(block, contact)
@@ -164,13 +164,13 @@ def _contact_area(block: Block, contact: ContactState) -> float:
 
 
 def _surface(sliding: Sliding, current: CoupledState) -> Array:
-    """Temperature of the ice at the points (K); no reading may be above T_m. Collective."""
+    """Temperature of the ice at the points (K), limited to T_m. Collective."""
     temperature = sliding.frame.ice_temperature(current.interface, current.loads)
     return np.minimum(temperature, sliding.block.scene.ice.melting_temperature)
 
 
 def _switches(sliding: Sliding, accepted: AcceptedStep | None) -> tuple[Array, Array]:
-    """Melting and saturation at the points, 0 to 1; nowhere at t = 0. Collective."""
+    """Melting and saturation at the points, 0 to 1; 0 at t = 0. Collective."""
     if accepted is None:
         nowhere = np.zeros(sliding.block.surface.n_points)
         return nowhere, nowhere

@@ -1,4 +1,4 @@
-"""The log of a run: what happened when, a line of JSON each."""
+"""The log of a run: events as lines of JSON."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from iceslide_fem.runtime.files import writing
 
 
 class Log:
-    """`log.jsonl` in a run's folder; on rank 0 only. Every line is complete when it is there."""
+    """`log.jsonl` in a run's folder, on rank 0 only. Lines are written completely."""
 
     def __init__(self, folder: Path, rank: int) -> None:
-        """Go on after the lines that are there."""
+        """Append to existing lines."""
         self._path, self._rank = folder / "log.jsonl", rank
 
     def __call__(self, event: str, **facts: Any) -> None:
-        """Enter an `event` with what is to be known of it. Raises OutputError."""
+        """Log an `event` with its `facts`. Raises OutputError."""
         if self._rank > 0:
             return
         clock = datetime.now(UTC).isoformat(timespec="milliseconds")

@@ -6,15 +6,15 @@ from typing import NamedTuple
 
 from iceslide_fem.output.table import HistoryRow, row_type
 
-PASS = "pass_"  # the field of a history's row whose column is `pass`
+PASS = "pass_"  # field name of the column `pass`
 
 
 class PassRow(NamedTuple):
     """A row of `passes.csv`: one pass of the rubber over the same ice (docs/reference/columns.md).
 
-    surface_start_C, surface_end_C: of the ice at its first and last moment; base_C: where the ice
-    ends and other layers or a base begin, at the last moment, NaN of a half-space; melt_onset_s:
-    from the pass's start, NaN where nothing melts; film and squeezed height at the end.
+    surface_start_C, surface_end_C: surface temperature of the ice at start and end; base_C: at the
+    lower end of the ice, at the end, NaN for a half-space; melt_onset_s: from the start of the
+    pass, NaN without melting; film and squeezed height: at the end.
     """
 
     pass_: int
@@ -34,7 +34,7 @@ class PassRow(NamedTuple):
 
 
 def of_pass(row: HistoryRow, number: int, start: float) -> HistoryRow:
-    """The row with the column `pass`; its time goes on from the `start` (s) of that pass."""
+    """The row with the column `pass`; its time counts from the `start` (s) of that pass."""
     reported = row._fields[len(HistoryRow._fields) :]
     kind = row_type((*reported, PASS))
     time, *others = row  # the time is the first column

@@ -1,4 +1,4 @@
-"""Values at chosen places of rubber, contact and ice: rows of `probes.csv`."""
+"""Values at chosen positions in rubber, contact and ice: rows of `probes.csv`."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 
 ON_SURFACE = 1e-9  # of the block's height
-INSIDE = 1e-8  # by which a place may lie beyond its cell, in the cell's own coordinates
+INSIDE = 1e-8  # tolerance of a position beyond its cell, in reference coordinates
 MOST_ITERATIONS = 20
-# By the column, the name in `interface_fields`.
+# Column -> name in `interface_fields`.
 CONTACT_VALUES = {
     "contact_pressure_Pa": "contact pressure (Pa)",
     "friction_stress_Pa": "friction stress (Pa)",
@@ -32,9 +32,9 @@ CONTACT_VALUES = {
 
 
 class ProbeRow(NamedTuple):
-    """A row of `probes.csv`: a probe at an accepted step; NaN for what there is not at its place.
+    """A row of `probes.csv`: a probe at an accepted step; NaN for undefined values.
 
-    Displacement and velocity relative to the plate; the temperature is that of the ice.
+    Displacement and velocity are relative to the plate; the temperature is that of the ice.
     """
 
     time_s: float
@@ -55,10 +55,10 @@ class ProbeRow(NamedTuple):
 
 
 class Probe(NamedTuple):
-    """A probe as this rank sees it: place (d,), m, and 1 or -1 by the half of the block it is in.
+    """A probe on this rank: position (d,), m, and 1 or -1 for the half of the block.
 
-    rubber: the cell around it, None on other ranks and in the ice; contact: this rank's contact
-    point above or at it, None on other ranks and inside the rubber.
+    rubber: the cell around it, None on other ranks and in the ice; contact: the contact point above
+    or at it, None on other ranks and inside the rubber.
     """
 
     name: str
@@ -69,10 +69,10 @@ class Probe(NamedTuple):
 
 
 class Probes:
-    """All probes of a scene; what they give is the same on any number of ranks."""
+    """All probes of a scene; values do not depend on the number of ranks."""
 
     def __init__(self, block: Block) -> None:
-        """Find their places. Collective; raises SceneError if one lies outside."""
+        """Locate the probes. Collective; raises SceneError if one is outside."""
         self._block, self._comm = block, block.surface.comm
         probes = block.scene.output.probes
         self.places = [self._found(name, place) for name, place in probes.items()]
@@ -86,7 +86,7 @@ class Probes:
         return ON_SURFACE * self._block.height
 
     def rows(self, sliding: Sliding, accepted: AcceptedStep | None) -> list[ProbeRow]:
-        """Rows at the present moment, on rank 0; nothing on the others. Collective."""
+        """Rows at the present time on rank 0; empty on other ranks. Collective."""
         contact = interface_fields(sliding, accepted) if self.touches_ice else {}
         own = np.array([self._values(probe, sliding, contact) for probe in self.places])
         parts = self._comm.gather(own, root=0)
@@ -102,7 +102,7 @@ class Probes:
         ]
 
     def _values(self, probe: Probe, sliding: Sliding, contact: dict[str, Array]) -> list[float]:
-        """What this rank knows of the columns behind the first two. Collective."""
+        """This rank's values of the columns after the first two. Collective."""
         values: dict[str, float] = {}
         if probe.rubber is not None:
             values |= self._in_rubber(probe, probe.rubber, sliding)
@@ -138,8 +138,8 @@ class Probes:
         if ice.equation is not None:
             return self._in_mesh(probe, ice.equation, sliding)
         profile = sliding.frame.ice.profile(current.interface.ice)
-        assert profile is not None  # the scene refuses probes in closed-form ice
-        if profile.grid is None:  # attached ice follows the rubber's points
+        assert profile is not None  # closed-form ice has no probes
+        if profile.grid is None:  # attached ice is at the rubber's points
             if probe.contact is None:
                 return math.nan
             nodes, weights = np.array([probe.contact]), np.ones(1)
@@ -156,7 +156,7 @@ class Probes:
         return min(float(weights @ kelvin), T_m) - ZERO_CELSIUS
 
     def _in_mesh(self, probe: Probe, equation: HeatEquation, sliding: Sliding) -> float:
-        """The same where the ice has a mesh: what its elements have there. Collective."""
+        """The same in meshed ice, interpolated in its elements. Collective."""
         scene, current = sliding.block.scene, sliding.current
         rise = sliding.frame.ice.rises(current.interface.ice).ice
         place = probe.place + np.eye(1, probe.place.size)[0] * current.loads.offset
@@ -211,9 +211,9 @@ class Probes:
 
 
 def cell_around(space: Any, x: Array) -> tuple[int, Array] | None:
-    """This rank's first cell of a quadratic `space` around `x` (d,), m, and the place within it.
+    """This rank's first cell of a quadratic `space` around `x` (d,), m, and its coordinates there.
 
-    Newton's method in the cells' own coordinates; None if no cell of this rank is around it.
+    Newton's method in reference coordinates; None if no cell of this rank contains it.
     """
     name, topology = compat.cell_name(space.mesh), space.mesh.topology
     vertex = compat.basix_lagrange(name, 1)

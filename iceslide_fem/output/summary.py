@@ -20,7 +20,7 @@ _STOPPED = "stopped.txt"
 def write_summary(path: Path | str, summary: Mapping[str, Any]) -> None:
     """Write `summary` as JSON; NaN and infinity become null. Call it on one rank.
 
-    With it goes a checksum of its other entries and of the history beside it.
+    It gets a checksum of its entries and of the history.
     """
     text = to_json(summary, inf_nan_mode="null", fallback=lambda array: array.tolist())
     plain, path = json.loads(text), Path(path)
@@ -29,19 +29,19 @@ def write_summary(path: Path | str, summary: Mapping[str, Any]) -> None:
 
 
 def untouched(folder: Path, summary: Mapping[str, Any]) -> bool:
-    """Whether `summary`, read from `folder`, and the history there are what a run wrote."""
+    """Whether `summary` and the history in `folder` are unchanged since the run."""
     entries = {key: value for key, value in summary.items() if key != "checksum"}
     return summary.get("checksum") == _checksum(folder, entries)
 
 
 def notify_next_run(out: Path, error: Exception) -> None:
-    """Write why the run in `out` stopped, for who looks there and not at a screen."""
-    with contextlib.suppress(OutputError):  # that may be why
+    """Save the reason why the run in `out` stopped."""
+    with contextlib.suppress(OutputError):  # it may be the reason
         replace_file(out / _STOPPED, f"{str(error) or type(error).__name__}\n")
 
 
 def word_of(out: Path) -> str:
-    """What `notify_next_run` left in `out`, or nothing."""
+    """The text that `notify_next_run` saved in `out`, or ""."""
     try:
         return (out / _STOPPED).read_text(encoding="utf-8", errors="replace").strip()
     except OSError:

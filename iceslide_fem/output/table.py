@@ -1,4 +1,4 @@
-"""The rows of a run's tables, and the tables as CSV: complete after every row, also when killed."""
+"""Rows of a run's tables, and CSV files that are complete after every row."""
 
 from __future__ import annotations
 
@@ -61,9 +61,7 @@ class HistoryRow(NamedTuple):
 def row_of(
     load: Load, time: float, values: Mapping[str, Any], internal: Mapping[str, float]
 ) -> HistoryRow:
-    """The row at `time` (s) under a `load`: its columns, known `values`, 0 elsewhere, and behind
-    them the law's internal variables.
-    """
+    """The row at `time` (s) under a `load`, with `values`, 0 for others, and the law's columns."""
     columns: dict[str, Any] = _NOTHING.copy()
     columns["time_s"] = time
     columns["slip_m"] = load.speeds.integral(time)
@@ -80,14 +78,14 @@ _NOTHING = dict.fromkeys(HistoryRow._fields, 0.0)
 
 @cache
 def row_type(internal: tuple[str, ...]) -> type[HistoryRow]:
-    """`HistoryRow`, with columns behind its own for the `internal` of the law."""
+    """`HistoryRow` with additional columns for the law's `internal` variables."""
     if not internal:
         return HistoryRow
     return cast("type[HistoryRow]", namedtuple("HistoryRow", [*HistoryRow._fields, *internal]))  # noqa: PYI024
 
 
 class PreloadRow(NamedTuple):
-    """A row of `preload.csv`: an equilibrium on the way to sliding; phase is press or ramp."""
+    """A row of `preload.csv`: an equilibrium on the path to sliding; phase is press or ramp."""
 
     phase: str
     load_fraction: float
@@ -101,25 +99,24 @@ class PreloadRow(NamedTuple):
 
 
 def columns_of(row: type[NamedTuple]) -> tuple[str, ...]:
-    """Names of a row's columns: its fields, without the underscore behind a word of Python's."""
+    """Names of a row's columns: its fields, without the underscore after Python keywords."""
     return tuple(name.rstrip("_") for name in row._fields)
 
 
 class Table:
-    """CSV file that grows by a row at a time and is complete after each; on rank 0 only.
+    """CSV file that is complete after each appended row; on rank 0 only.
 
-    Its rows are named tuples of one type, whose fields are the columns.
-
-    Use as a context manager. On other ranks nothing is opened or written.
+    Rows are named tuples of one type; the fields are the columns. Use it as a context manager.
+    Other ranks open and write nothing.
     """
 
     def __init__(
         self, path: Path | str, row: type[NamedTuple], rank: int, keep: int | None = None
     ) -> None:
-        """Create (overwrite) the file at `path` and write its header; or, with `keep`, go on.
+        """Create (overwrite) the file at `path` with its header; or, with `keep`, continue it.
 
-        Then the file keeps so many of its rows and loses those behind them. Raises OutputError,
-        and SceneError, on all ranks, where the file has other columns or fewer rows.
+        keep: number of rows to keep; later rows are removed. Raises OutputError, and SceneError on
+        all ranks if the file has other columns or fewer rows.
         """
         columns, self._path = columns_of(row), path
         self._file: TextIO | None = None
@@ -136,13 +133,13 @@ class Table:
     def row(self, values: tuple[Any, ...]) -> None:
         """Append one row.
 
-        Raises OutputError if it can't be written; the file then ends with the row before.
+        Raises OutputError if it can't be written; the file then ends with the last row.
         """
         if self._file is not None:
             self._write([_text(value) for value in values])
 
     def secure(self) -> None:
-        """Return when all rows are on the disk, where they outlast a loss of power."""
+        """Flush all rows to the disk, so they survive a loss of power."""
         if self._file is not None:
             with writing(self._path):
                 os.fsync(self._file.fileno())
@@ -161,7 +158,7 @@ class Table:
                 self._file.flush()
         except OutputError:
             os.truncate(self._path, complete)
-            with contextlib.suppress(OSError):  # closing tries to write what is left once more
+            with contextlib.suppress(OSError):  # closing tries to write the rest again
                 self._file.close()
             self._file = None
             raise
@@ -184,7 +181,7 @@ def size_of_rows(path: Path, columns: Sequence[str], rows: int) -> int:
     Raises SceneError where it has other columns or fewer rows.
     """
     try:
-        lines = path.read_bytes().split(b"\n")[:-1]  # what has no line end is not complete
+        lines = path.read_bytes().split(b"\n")[:-1]  # a line without an end is incomplete
     except OSError as error:
         raise SceneError(f"cannot read {path}, which goes on: {error.strerror}") from None
     if not lines or lines[0].decode(errors="replace") != ",".join(columns):

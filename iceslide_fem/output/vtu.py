@@ -12,8 +12,7 @@ from iceslide_fem.runtime.files import replacing
 
 
 def write_vtu(path: Path, grid: Grid) -> None:
-    """Write a grid to `path`, whole or not at all: values with single precision, points with
-    double.
+    """Write a grid to `path` atomically: single precision values, double precision points.
 
     Raises OutputError.
     """

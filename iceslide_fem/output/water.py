@@ -1,4 +1,4 @@
-"""Columns of the water, where voids carry."""
+"""Columns of the water in load-bearing voids."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from iceslide_fem.film.integrators import InterfaceState, Step
 from iceslide_fem.laws.carrying_film import CarryingFilm
 from iceslide_fem.laws.interface_law import InterfaceLaw
 
-if TYPE_CHECKING:  # a point has no block, and needs no DOLFINx
+if TYPE_CHECKING:  # a point needs no DOLFINx
     from iceslide_fem.coupling.ledger import Ledger
     from iceslide_fem.coupling.sliding import Sliding
 
@@ -19,14 +19,15 @@ AMOUNTS = "water_brought_m3", "water_in_sipes_m3", "water_pushed_out_m3"
 
 
 def water_names(law: InterfaceLaw) -> tuple[str, ...]:
-    """Names of the columns; none where voids do not carry."""
+    """Names of the columns; empty if voids do not bear load."""
     return (*MEANS, *AMOUNTS) if isinstance(law, CarryingFilm) else ()
 
 
 def water_columns(sliding: Sliding, ledger: Ledger) -> dict[str, float]:
-    """Of a block at the present moment: the mean height of the water below the rubber where there
-    is contact (m), the fraction of the normal force that it bears, and amounts (m3) of the ledger.
-    Collective.
+    """Columns of a block at the present time. Collective.
+
+    They are the mean water height in contact (m), the fraction of the normal force that water
+    bears, and amounts of the ledger (m3).
     """
     block, now = sliding.block, sliding.current
     law, loads = block.law, now.loads
@@ -45,8 +46,9 @@ def water_columns(sliding: Sliding, ledger: Ledger) -> dict[str, float]:
 
 
 class PointWater:
-    """The same of a point that stands for a block of this `area` (m2), step by step. What flows
-    out is pushed out: a point has no sipes to store it.
+    """The same for a point that represents a block of this `area` (m2), step by step.
+
+    All outflow is pushed out, because a point has no sipes.
     """
 
     def __init__(self, law: InterfaceLaw, area: float) -> None:
@@ -56,7 +58,7 @@ class PointWater:
     def columns(
         self, state: InterfaceState, pressure: float, step: Step | None
     ) -> dict[str, float]:
-        """The columns in a `state` under the `pressure` (Pa); a `step` led to it, None at first."""
+        """The columns in a `state` under `pressure` (Pa); step: the last one, None at t = 0."""
         law = self._law
         if not isinstance(law, CarryingFilm):
             return {}

@@ -1,5 +1,5 @@
-"""Finished runs: read, drawn, shown, and pages about them.
+"""Finished runs: reading, pictures, and HTML pages.
 
-`results` reads and draws, `report` writes pages of HTML. Imports `runs` and what is below it; no
+`results` reads and draws, `report` writes HTML pages. Imports `runs` and what is below it; no
 DOLFINx.
 """

@@ -1,4 +1,4 @@
-"""What is made before a simulation: pressures of a footprint, contact tables of a rough rubber.
+"""Preprocessing: pressures of a footprint, contact tables of rough rubber, rubber data, wheels.
 
 Imports `film`, `scene` and `postprocess` (its pages and colours); no DOLFINx, no gmsh.
 """

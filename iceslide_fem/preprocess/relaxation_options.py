@@ -1,4 +1,4 @@
-"""Options about rubber that relaxes, as `iceslide rubber` and `iceslide roughness` take them."""
+"""Options on viscoelastic rubber, shared by `iceslide rubber` and `iceslide roughness`."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ _WLF = (Quantity("", "1e-6", "1000"), Quantity("K", "0.1 K", "10000 K"), TEMPERA
 
 
 def several(name: str, quantity: Quantity, example: str) -> BeforeValidator:
-    """Up to six quantities with commas between them, in SI as a tuple."""
+    """Validator of up to six comma-separated quantities, in SI as a tuple."""
     return BeforeValidator(lambda value: read_several(value, name, quantity, example))
 
 
 def read_several(value: Any, name: str, quantity: Quantity, example: str) -> Any:
-    """Up to six quantities from a text with commas between them, in SI as a tuple.
+    """Up to six comma-separated quantities of a text, in SI as a tuple.
 
-    name, example: how messages call them, and what they show. Raises ValueError.
+    name, example: for messages. Raises ValueError.
     """
     if not isinstance(value, str):
         return value
@@ -83,7 +83,7 @@ class _Fragment(Table):
 
 
 def rubber_in(path: Path) -> Rubber:
-    """The `[rubber]` of a scene, or of a file that has it alone. Raises SceneError."""
+    """The `[rubber]` of a scene, or of a file with this table only. Raises SceneError."""
     try:
         return _Fragment.model_validate(read_scene(path)).rubber
     except ValidationError as error:

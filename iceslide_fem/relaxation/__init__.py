@@ -1,7 +1,7 @@
 """Linear viscoelasticity of rubber: Prony series, creep, and the shift of times with temperature.
 
-`dma`, `master_curve`, `prony_fit` and `dma_fit` find all three in a DMA table; `conventions` reads
-other programs' series.
+`dma`, `master_curve`, `prony_fit` and `dma_fit` determine them from a DMA table. `conventions`
+converts series of other programs.
 
 Imports only `runtime`.
 """

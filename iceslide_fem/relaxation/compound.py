@@ -1,4 +1,4 @@
-"""A compound that relaxes: its series, and how their times go with the temperature."""
+"""A viscoelastic compound: Prony series, and its shift with temperature."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from iceslide_fem.runtime.arrays import Array
 
 @dataclass(frozen=True)
 class Relaxation:
-    """`prony` with the times at the reference temperature of `shift`."""
+    """`prony` at the reference temperature of `shift`."""
 
     prony: Prony
     shift: Shift | NoShift = NoShift()

@@ -1,4 +1,4 @@
-"""Prony series as other programs write them: from and to fractions of the instantaneous modulus.
+"""Conversion of Prony series of other programs from and to fractions of the instantaneous modulus.
 
 docs/explanation/relaxation.md has the sources, and one example in each form.
 """
@@ -14,10 +14,10 @@ from iceslide_fem.runtime.arrays import Array
 
 
 def from_abaqus(g: Sequence[float], tau: Sequence[float]) -> Prony:
-    """Of *VISCOELASTIC, TIME=PRONY: g_i of the instantaneous modulus, tau_i in s.
+    """From *VISCOELASTIC, TIME=PRONY: g_i of the instantaneous modulus, tau_i in s.
 
-    The same holds for MODULI=INSTANTANEOUS and MODULI=LONG TERM, which say what the constants of
-    *HYPERELASTIC are: `modulus_is` of a scene.
+    MODULI=INSTANTANEOUS and MODULI=LONG TERM do not change g_i. They tell which modulus the
+    constants of *HYPERELASTIC are: `modulus_is` of a scene.
     """
     return _sorted(np.asarray(g, dtype=float), np.asarray(tau, dtype=float))
 
@@ -25,7 +25,7 @@ def from_abaqus(g: Sequence[float], tau: Sequence[float]) -> Prony:
 def from_ls_dyna(
     long_term: float, moduli: Sequence[float], decays: Sequence[float]
 ) -> tuple[Prony, float]:
-    """Of *MAT_077_H and others: shear moduli G_i (Pa) beside a long-term one, decays beta_i (1/s).
+    """From *MAT_077_H and others: shear moduli G_i (Pa), a long-term one, decays beta_i (1/s).
 
     g_i = G_i / (G_inf + sum G_i), tau_i = 1 / beta_i; returns the series and the instantaneous
     shear modulus, Pa. *MAT_006 is one such arm: G_1 = G0 - GI.
@@ -44,9 +44,9 @@ def to_ls_dyna(prony: Prony, instantaneous: float) -> tuple[float, list[float], 
 
 
 def from_febio(g: Sequence[float], t: Sequence[float], g0: float = 1.0) -> tuple[Prony, float]:
-    """Of "viscoelastic" and "uncoupled viscoelastic": G(t) = g0 + sum g_i exp(-t / t_i).
+    """From "viscoelastic" and "uncoupled viscoelastic": G(t) = g0 + sum g_i exp(-t / t_i).
 
-    G multiplies the stress of the elastic material, which is the long-term one where g0 is 1.
+    G multiplies the stress of the elastic material, which is the long-term stress if g0 is 1.
     Returns the series, and the instantaneous modulus over that of the elastic material.
     """
     now = g0 + float(np.sum(g))

@@ -16,13 +16,14 @@ from iceslide_fem.runtime.units import ZERO_CELSIUS
 
 Kind = Literal["E", "G"]
 FEWEST_ROWS, MOST_ROWS = 4, 20_000
-# Rows of one isotherm: neighbours in temperature are closer, and all of them within twice as much.
+# Rows of one isotherm: largest difference of neighbouring temperatures; the whole range is at most
+# twice.
 ONE_TEMPERATURE = 1.0  # K
 _FREQUENCY = Wanted("frequency", "Hz", ("f", "freq", "freq."))
 _ANGULAR = Wanted("angular_frequency", "rad/s", ("omega", "ω", "w", "angular freq"))
 _TEMPERATURE = Wanted("temperature", "K", ("T", "temp", "temp."))
 _TAN_DELTA = Wanted("tan_delta", "", ("tan delta", "tan δ", "tand", "tandelta", "loss_factor"))
-# Lowest and highest values, what is zero in the unit of messages, that unit.
+# Lowest and highest values, zero of the unit of messages, that unit.
 _RANGES = {
     "frequency": (1e-9, 1e12, 0.0, " Hz"),
     "temperature": (123.15, 473.15, ZERO_CELSIUS, " degC"),
@@ -34,10 +35,10 @@ _RANGES = {
 
 @dataclass(frozen=True)
 class Dma:
-    """What was measured; arrays (rows,), by rising temperature, then frequency.
+    """Measured moduli; arrays (rows,), sorted by temperature, then frequency.
 
-    of: Young's modulus (E) or the shear modulus (G); frequency: rad/s; temperature: K, that of the
-    row's isotherm; storage, loss: Pa.
+    of: Young's modulus (E) or shear modulus (G); frequency: rad/s; temperature: of the row's
+    isotherm, K; storage, loss: Pa.
     """
 
     of: Kind
@@ -48,7 +49,7 @@ class Dma:
 
     @property
     def isotherms(self) -> Array:
-        """Their temperatures (K), rising."""
+        """Temperatures of the isotherms (K), ascending."""
         return np.unique(self.temperature)
 
     @property
@@ -60,8 +61,8 @@ class Dma:
 def read_dma(path: Path, said: str, of: Kind | None = None) -> Dma:
     """The table at `path`: frequency, temperature, storage modulus, loss modulus or tan delta.
 
-    `said` is what messages call the file; `of` the kind of its moduli, by default what its headings
-    say, else E. Raises SceneError, one sentence that says what is wrong in which row.
+    said: name of the file in messages; of: kind of its moduli, by default from its headings, else
+    E. Raises SceneError with the row and the fault.
     """
     table = read_table(path, said).filled()
     named: Kind = "G" if _has(table, "G") and not _has(table, "E") else "E"
@@ -77,7 +78,7 @@ def read_dma(path: Path, said: str, of: Kind | None = None) -> Dma:
     given = find_columns(table, wanted, [column.name for column in needed])
     if not FEWEST_ROWS <= len(frequency) <= MOST_ROWS:
         table.refuse(f"has {len(frequency)} rows; allowed: {FEWEST_ROWS} to {MOST_ROWS}")
-    # Of both the loss modulus counts, and tan delta is what follows from it.
+    # If both are given, the loss modulus is used.
     losses = given.get(loss.name, given[storage.name] * given.get(_TAN_DELTA.name, 1.0))
     tan_delta = losses / given[storage.name]
     _check_ranges(table, {_FREQUENCY.name: frequency / (2.0 * np.pi), **given})
@@ -92,7 +93,7 @@ def read_dma(path: Path, said: str, of: Kind | None = None) -> Dma:
 
 
 def _moduli(kind: Kind) -> tuple[Wanted, Wanted]:
-    """Columns of the storage and the loss modulus by the names that a table of `kind` gives."""
+    """Columns of storage and loss modulus with the names in a table of `kind`."""
     marks = (("'", "\N{PRIME}", "_prime"), ("''", "\N{DOUBLE PRIME}", "_double_prime"))
     words = ("storage", "loss")
     storage, loss = (
@@ -115,15 +116,15 @@ def _has(table: TextTable, kind: Kind) -> bool:
 
 
 def _angular(table: TextTable) -> Array:
-    """Angular frequencies (rad/s), from whichever column has them.
+    """Angular frequencies (rad/s), from the column of frequencies.
 
-    To units of a quantity a turn is 1, and so is a radian: what the heading says decides.
+    Turns and radians have the same dimension, so the heading decides.
     """
     there = [(column, i) for column in (_FREQUENCY, _ANGULAR) for i in places(table, column)]
     if len(there) > 1:
         table.refuse("has more than one column of frequencies; one of them is needed")
     if not there:
-        find_columns(table, [_FREQUENCY], [_FREQUENCY.name])  # says that it is missing
+        find_columns(table, [_FREQUENCY], [_FREQUENCY.name])  # reports that it is missing
     column, index = there[0]
     values = find_columns(table, [column], ())[column.name]
     unit = column_unit(table, index, column.unit) or ""
@@ -141,7 +142,7 @@ def _angular(table: TextTable) -> Array:
 
 
 def _check_ranges(table: TextTable, columns: dict[str, Array]) -> None:
-    """Refuse the first row in which one of the columns is missing or out of its range."""
+    """Refuse the first row with a missing value or a value out of range."""
     for name, values in columns.items():
         low, high, zero, unit = _RANGES[name]
         for row in np.flatnonzero(~((values >= low) & (values <= high)))[:1]:
@@ -154,7 +155,7 @@ def _check_ranges(table: TextTable, columns: dict[str, Array]) -> None:
 
 
 def _isotherms(table: TextTable, temperature: Array) -> Array:
-    """The temperature (K) of each row's isotherm: the mean of rows next to each other in it."""
+    """Temperature (K) of each row's isotherm: the mean over its rows."""
     order = np.argsort(temperature, kind="stable")
     starts = np.flatnonzero(np.diff(temperature[order]) > ONE_TEMPERATURE) + 1
     result = np.empty_like(temperature)

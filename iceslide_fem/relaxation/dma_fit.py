@@ -1,4 +1,4 @@
-"""From a DMA table to a compound that relaxes: shifts, their law, the Prony series, its errors."""
+"""From a DMA table to a viscoelastic compound: shifts, shift law, Prony series, and errors."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 
-ROOM = 293.15  # K; the isotherm nearest to it is the reference unless another is asked for
-WORST = 0.5  # root mean square of ln E' or ln tan delta that is still a fit
-# Of C1 and of C2 (K), as a scene takes them.
+ROOM = 293.15  # K; the nearest isotherm is the default reference
+WORST = 0.5  # largest accepted root mean square error of ln E' or ln tan delta
+# Ranges of C1 and C2 (K) in a scene.
 LARGEST_C1, SMALLEST_C2, LARGEST_C2 = 1e3, 0.1, 1e4
 
 
 class Misfit(NamedTuple):
-    """How far a series is from what was measured, as logarithms.
+    """Errors of a series relative to the measurement, as logarithms.
 
-    storage, tan_delta: root mean squares; largest: the largest of both, of `quantity` in `row`.
+    storage, tan_delta: root mean squares; largest: largest error, of `quantity` in `row`.
     """
 
     storage: float
@@ -42,9 +42,9 @@ class Misfit(NamedTuple):
 class Characterised:
     """A compound from its DMA.
 
-    instantaneous: modulus, Pa; factors: a_T that every isotherm was shifted by on its own, with
-    their mean distance to the law removed, or None if the law was given; flows: whether the
-    data alone would have no long-term modulus.
+    instantaneous: modulus, Pa; factors: a_T of each isotherm before the fit of the law, without
+    their mean distance to it, None if the law was given; flows: whether the data alone give no
+    long-term modulus.
     """
 
     dma: Dma
@@ -55,12 +55,12 @@ class Characterised:
 
     @property
     def reduced(self) -> Array:
-        """Frequencies times a_T (rad/s), of every row."""
+        """Reduced frequencies, times a_T (rad/s), of every row."""
         return self.dma.frequency * self.relaxation.shift(self.dma.temperature)
 
     @property
     def misfit(self) -> Misfit:
-        """Of the series with the law of the shift, which is what a scene computes with."""
+        """Errors of the series with the shift law, as a scene uses them."""
         found = self.instantaneous * self.relaxation.prony.dynamic(self.reduced)
         storage = np.log(found.real / self.dma.storage)
         tan_delta = np.log(found.imag / found.real / self.dma.tan_delta)
@@ -84,9 +84,9 @@ def characterised(
 ) -> Characterised:
     """The compound that was measured.
 
-    shift: given, else fitted where there is more than one temperature; reference: K, by default
-    that of `shift`, else of the isotherm nearest to 20 degC; arrhenius_below: K. `said` is what
-    messages call the table. Raises SceneError, one sentence.
+    shift: given, else fitted if there are several temperatures; reference: K, by default that of
+    `shift`, else the isotherm nearest to 20 degC; arrhenius_below: K; said: name of the table in
+    messages. Raises SceneError.
     """
     isotherms = dma.isotherms
     if len(isotherms) == 1 and shift is None:
@@ -109,7 +109,7 @@ def characterised(
 
 
 def _with(dma: Dma, shift: Shift | NoShift, factors: Array | None, said: str) -> Characterised:
-    """The series with a shift; raises SceneError if there is hardly one that fits."""
+    """The series with a shift; raises SceneError if no series fits."""
     prony, instantaneous, flows = fit(dma.frequency * shift(dma.temperature), dma.storage, dma.loss)
     found = Characterised(dma, Relaxation(prony, shift), instantaneous, factors, flows)
     off = max(found.misfit.storage, found.misfit.tan_delta)
@@ -122,7 +122,7 @@ def _with(dma: Dma, shift: Shift | NoShift, factors: Array | None, said: str) ->
 
 
 def _allowed(shift: Shift, isotherms: Array, said: str) -> Shift:
-    """The shift; raises SceneError if a scene would not take it."""
+    """The shift; raises SceneError if it is out of range in a scene."""
     if not np.isfinite(shift(isotherms)).all():
         raise SceneError(
             f"{said}: the WLF shift has no value at {isotherms[0] - ZERO_CELSIUS:.4g} degC, its "
@@ -139,13 +139,13 @@ def _allowed(shift: Shift, isotherms: Array, said: str) -> Shift:
 
 
 def relaxation_of(path: Path, said: str, shift: Shift | None = None) -> Relaxation:
-    """The compound of the DMA table at `path`; what was found is kept for this content of it.
+    """The compound of the DMA table at `path`, cached by the file's content.
 
-    Raises SceneError, one sentence.
+    Raises SceneError.
     """
     try:
         digest = hashlib.sha256(path.read_bytes()).hexdigest()
-    except OSError:  # who reads the table says why
+    except OSError:  # the reader reports it
         digest = ""
     return _relaxation(path, digest, said, shift)
 

@@ -1,8 +1,8 @@
-"""From isotherms to one master curve: how far each is shifted, and the law of these shifts.
+"""From isotherms to a master curve: shift of each isotherm, and the shift law.
 
-Where E'(w) at two temperatures has the same values, log a_T is the mean distance in log w
-(M. Gergesova, B. Zupancic, I. Saprunov, I. Emri, J. Rheol. 55 (2011) 1). From neighbours' shifts
-all are refined together, until one non-negative spectrum of times describes both moduli best.
+In the common range of E'(w) at two temperatures, log a_T is the mean distance in log w (M.
+Gergesova, B. Zupancic, I. Saprunov, I. Emri, J. Rheol. 55 (2011) 1). All shifts are then refined
+together, so that one non-negative relaxation spectrum fits both moduli best.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 
-PER_DECADE = 4.0  # times of the spectrum that isotherms are shifted onto
-FURTHEST = 1.5  # decades by which the first shifts of neighbours may all together be off
-# C2 (K) about the coldest isotherm, within which WLF is looked for.
+PER_DECADE = 4.0  # times per decade of the spectrum
+FURTHEST = 1.5  # decades, largest total correction of the first shifts
+# Search range of C2 (K) relative to the coldest isotherm.
 LOWEST_C2, HIGHEST_C2 = 1.0, 5e3
 
 
@@ -50,11 +50,11 @@ def shifts(dma: Dma, said: str) -> Array:
 
 
 def _between(dma: Dma, cold: float, warm: float, said: str) -> float:
-    """ln a_T of a cold isotherm (K) less that of a warm one, by the storage modulus alone."""
+    """ln a_T of a cold isotherm (K) minus that of a warm one, from the storage modulus."""
     curves = []
     for temperature in (cold, warm):
         here = dma.temperature == temperature
-        # Sorted one by one: noise does not make a modulus fall with the frequency.
+        # Sorted separately, so noise cannot make a modulus fall with frequency.
         curves.append((np.sort(np.log(dma.storage[here])), np.sort(np.log(dma.frequency[here]))))
     low, high = max(curve[0][0] for curve in curves), min(curve[0][-1] for curve in curves)
     if low >= high:
@@ -77,8 +77,8 @@ def law(
 ) -> Shift:
     """WLF, and Arrhenius below a temperature (K), through shifts of isotherms, by least squares.
 
-    temperatures: K; logs: ln a_T less any constant, both (isotherms,); reference: K, where a_T
-    becomes 1. Raises SceneError if isotherms are too few, or do not shift as rubber does.
+    temperatures: K; logs: ln a_T up to a constant, both (isotherms,); reference: temperature with
+    a_T = 1, K. Raises SceneError for too few isotherms, or shifts unlike those of rubber.
     """
     kink = -np.inf if arrhenius_below is None else arrhenius_below
     warm = temperatures >= kink
@@ -102,7 +102,7 @@ def _celsius(temperature: float) -> str:
 
 
 def _wlf(temperatures: Array, logs: Array, said: str) -> Shift:
-    """About the coldest isotherm. For a given C2 the other constants are linear."""
+    """WLF relative to the coldest isotherm. For a given C2 the other constants are linear."""
     above = temperatures - temperatures[0]
 
     def solved(log_C2: float) -> tuple[Array, float]:

@@ -1,11 +1,11 @@
-"""Relaxation and creep of rubber under one another's step: Prony series.
+"""Prony series of relaxation and creep of rubber.
 
     relaxation   E(t) = E_0 [1 - sum g_i (1 - exp(-t / tau_i))]        (1)
     creep        J(t) = [1 + sum J_i (1 - exp(-t / lambda_i))] / E_0   (2)
 
-Fractions g_i and J_i are of the instantaneous modulus and compliance, so that the long-term modulus
-is E_0 (1 - sum g_i). Both series say the same: s E(s) s J(s) = 1 of their Laplace transforms
-(J. D. Ferry, *Viscoelastic Properties of Polymers*, 3rd ed., 1980, chapter 3).
+g_i and J_i are fractions of the instantaneous modulus and compliance. The long-term modulus is E_0
+(1 - sum g_i). Both series are equivalent: their Laplace transforms fulfil s E(s) s J(s) = 1 (J. D.
+Ferry, *Viscoelastic Properties of Polymers*, 3rd ed., 1980, chapter 3).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from iceslide_fem.runtime.arrays import Array
 
 @dataclass(frozen=True)
 class Creep:
-    """J_i and lambda_i (s) of (2), by rising lambda_i."""
+    """J_i and lambda_i (s) of (2), sorted by lambda_i."""
 
     fractions: tuple[float, ...]
     times: tuple[float, ...]
@@ -40,7 +40,7 @@ class Creep:
 
 @dataclass(frozen=True)
 class Prony:
-    """g_i and tau_i (s) of (1), by rising tau_i; all g_i > 0, and less than 1 in sum."""
+    """g_i and tau_i (s) of (1), sorted by tau_i; all g_i > 0, and their sum is less than 1."""
 
     fractions: tuple[float, ...]
     times: tuple[float, ...]
@@ -62,10 +62,10 @@ class Prony:
 
     @cached_property
     def creep(self) -> Creep:
-        """The creep that belongs to it.
+        """The equivalent creep series.
 
-        1 / lambda_j are the zeros of 1 - sum g_i / (1 - s tau_i), one between any two 1 / tau_i
-        and one below all; J_j = 1 / sum [g_i tau_i lambda_j / (lambda_j - tau_i)^2].
+        1 / lambda_j are the zeros of 1 - sum g_i / (1 - s tau_i), one between any two 1 / tau_i and
+        one below all; J_j = 1 / sum [g_i tau_i lambda_j / (lambda_j - tau_i)^2].
         """
         g, tau = np.array(self.fractions), np.array(self.times)
         ends = np.append(tau, tau[-1] / self.long_term * (1.0 + 1e-12))
@@ -73,7 +73,7 @@ class Prony:
         for low, high in zip(ends[:-1], ends[1:], strict=True):
 
             def modulus(part: float, low: float = low, high: float = high) -> float:
-                """At the fraction exp(part) / (1 + exp(part)) of the way from `low` to `high`."""
+                """Modulus at the fraction exp(part) / (1 + exp(part)) between `low` and `high`."""
                 inside = 1.0 / (1.0 + np.exp(-part)), 1.0 / (1.0 + np.exp(part))
                 return float(1.0 - _terms(g, tau, low, high, *inside).sum())
 
@@ -87,8 +87,10 @@ class Prony:
 
 
 def _terms(g: Array, tau: Array, low: float, high: float, past: float, before: float) -> Array:
-    """g_i lambda / (lambda - tau_i), lambda as far `past` `low` and `before` `high`, fractions of
-    their distance: that is exact also where lambda is next to a tau_i.
+    """g_i lambda / (lambda - tau_i) for lambda between `low` and `high`.
+
+    past, before: distances of lambda from `low` and `high`, over their distance. This is exact even
+    if lambda is close to a tau_i.
     """
     distance = np.where(
         tau <= low, (low - tau) + past * (high - low), (high - tau) - before * (high - low)
@@ -97,17 +99,17 @@ def _terms(g: Array, tau: Array, low: float, high: float, past: float, before: f
 
 
 def delayed(before: Array, start: Array, end: Array, steps: Array) -> Array:
-    """What follows a value with a delay: r of tau dr/dt = value - r after a step of time.
+    """Exact solution r of tau dr/dt = value - r after a time step, for a linear value.
 
-    r is `before` at first, and the value goes on a straight line from `start` to `end`: exact then.
-    `steps` are dt / tau; shapes that broadcast.
+    r starts from `before`; the value changes linearly from `start` to `end`. `steps` are dt / tau;
+    shapes that broadcast.
     """
     kept, reached = np.exp(-steps), mean_response(steps)
     return np.asarray(kept * before + (1.0 - kept) * start + reached * (end - start))
 
 
 def mean_response(steps: Array) -> Array:
-    """1 - (1 - exp(-x)) / x for x = `steps`: how far `delayed` follows what rises evenly by 1."""
+    """1 - (1 - exp(-x)) / x for x = `steps`: `delayed` of a value that rises linearly by 1."""
     x = np.asarray(steps, dtype=float)
     small = np.minimum(x, 0.1)
     series = small / 2 * (1 - small / 3 * (1 - small / 4 * (1 - small / 5 * (1 - small / 6))))

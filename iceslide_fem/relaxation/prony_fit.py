@@ -4,9 +4,9 @@
     E'' =         sum E_i  w tau_i    / (1 + (w tau_i)^2)
 
 E_inf and E_i >= 0 minimise the squared relative errors of both (C. L. Lawson, R. J. Hanson,
-*Solving Least Squares Problems*, 1974, chapter 23). The tau_i begin as what a fine grid of times
-finds, its neighbours joined, and are then fitted, too; E_inf and E_i are eliminated while they are
-(variable projection, G. H. Golub, V. Pereyra, SIAM J. Numer. Anal. 10 (1973) 413).
+*Solving Least Squares Problems*, 1974, chapter 23). The initial tau_i come from a fit on a fine
+grid of times, with neighbours merged. They are then fitted, too; E_inf and E_i are eliminated in
+this fit (variable projection, G. H. Golub, V. Pereyra, SIAM J. Numer. Anal. 10 (1973) 413).
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ from iceslide_fem.runtime.arrays import Array
 
 MOST_ARMS = 20
 FOLDS = 5
-IN_VAIN = 4  # further arms that are tried without less error
+IN_VAIN = 4  # number of further arms tried without improvement
 PER_DECADE = 8  # times of the fine grid
-# Times that angular frequencies show: to half a decade beyond their own on either side.
+# Range of resolvable times: half a decade beyond the frequencies on either side.
 BEYOND = 10.0**0.5
-RIDGE = 1e-12  # of each diagonal term: times next to each other are hardly independent
-SMALLEST_ARM = 1e-6  # of the instantaneous modulus; what is less is left out
+RIDGE = 1e-12  # of each diagonal term, because neighbouring times are nearly dependent
+SMALLEST_ARM = 1e-6  # of the instantaneous modulus; smaller arms are dropped
 SMALLEST_LONG_TERM = 1e-5  # of the largest storage modulus: rubber does not flow
 
 
 class Fit(NamedTuple):
     """A series and its instantaneous modulus (Pa).
 
-    flows: whether the data alone would have no long-term modulus.
+    flows: whether the data alone give no long-term modulus.
     """
 
     prony: Prony
@@ -56,9 +56,9 @@ class _Data(NamedTuple):
 def fit(frequency: Array, storage: Array, loss: Array, most: int = MOST_ARMS) -> Fit:
     """The series of moduli (Pa) at angular frequencies (rad/s), arrays (rows,) in any order.
 
-    The number of arms, up to `most`, is the smallest whose error on rows that are left out is
-    within one standard error of the least (T. Hastie, R. Tibshirani, J. Friedman, *The Elements of
-    Statistical Learning*, 2nd ed., 2009, section 7.10).
+    The number of arms, up to `most`, is the smallest with a cross-validation error within one
+    standard error of the least (T. Hastie, R. Tibshirani, J. Friedman, *The Elements of Statistical
+    Learning*, 2nd ed., 2009, section 7.10).
     """
     data = _Data(frequency, storage, loss)
     times = _times(data, most)
@@ -74,7 +74,7 @@ def fit(frequency: Array, storage: Array, loss: Array, most: int = MOST_ARMS) ->
 
 
 def fine_grid(frequency: Array) -> Array:
-    """Times (s) in equal ratios that angular frequencies (rad/s) show."""
+    """Times (s) in equal ratios, resolvable by angular frequencies (rad/s)."""
     fastest, slowest = 1.0 / (BEYOND * frequency.max()), BEYOND / frequency.min()
     return np.geomspace(fastest, slowest, 1 + round(PER_DECADE * np.log10(slowest / fastest)))
 
@@ -82,12 +82,12 @@ def fine_grid(frequency: Array) -> Array:
 def spectrum(frequency: Array, storage: Array, loss: Array, times: Array) -> tuple[Array, Array]:
     """E_inf and E_i (Pa, (1 + arms,)) of arms with `times` (s), and relative errors (2 rows,).
 
-    Errors of the storage moduli stand before those of the loss moduli.
+    Errors of the storage moduli come first, then those of the loss moduli.
     """
     matrix = _columns(frequency, times) / np.concatenate([storage, loss])[:, None]
     floor = _floor(storage)
     asked = 1.0 - floor * matrix[:, 0]
-    # By Cholesky's factor of the normal equations, which is small where there are many rows.
+    # Cholesky factor of the normal equations: small even for many rows.
     normal = matrix.T @ matrix
     normal += np.diag(RIDGE * np.diag(normal))
     factor = np.linalg.cholesky(normal)
@@ -110,9 +110,10 @@ def _columns(frequency: Array, times: Array) -> Array:
 
 
 def _times(data: _Data, most: int) -> Array:
-    """Times (s) of as many arms as the data carry; see `fit`.
+    """Times (s) of the arms; their number is chosen as in `fit`.
 
-    A fold has every fifth frequency. Without it the moduli are fitted anew, the times are not.
+    A fold of the cross-validation has every fifth frequency. Without it the moduli are fitted
+    again, but not the times.
     """
     rows = len(data.frequency)
     fold = np.argsort(np.argsort(data.frequency, kind="stable")) % min(FOLDS, rows)
@@ -136,14 +137,14 @@ def _times(data: _Data, most: int) -> Array:
 
 
 def _squares(data: _Data, times: Array, moduli: Array) -> Array:
-    """Squared relative errors of rows, of both moduli together (rows,)."""
+    """Sum of squared relative errors of both moduli, (rows,)."""
     found = _columns(data.frequency, times) @ moduli
     off = found / np.concatenate([data.storage, data.loss]) - 1.0
     return np.asarray((off.reshape(2, -1) ** 2).sum(axis=0))
 
 
 def _fitted(data: _Data, start: Array) -> Array:
-    """Times (s) near `start` for which the errors are least."""
+    """Times (s) near `start` with the least errors."""
     grid = fine_grid(data.frequency)
     low, high = np.log(grid[0]), np.log(grid[-1])
     inside = np.clip(np.log(start), low + 1e-9, high - 1e-9)
@@ -154,9 +155,9 @@ def _fitted(data: _Data, start: Array) -> Array:
 
 
 def _joined(data: _Data, most: int) -> list[Array]:
-    """Times of 1, 2, ... up to `most` arms: those of the fine grid, neighbours joined.
+    """Times of 1, 2, ... up to `most` arms, by merging neighbours of the fine grid.
 
-    Two are joined whose moduli, seen at the frequencies between them, change least by it.
+    The two arms are merged whose moduli change least at the frequencies between them.
     """
     grid = fine_grid(data.frequency)
     moduli, _ = spectrum(*data, grid)
@@ -164,7 +165,7 @@ def _joined(data: _Data, most: int) -> list[Array]:
     logs, weights = np.log(grid[kept]), moduli[1:][kept]
     if not kept.any():
         logs, weights = np.log(grid[[len(grid) // 2]]), np.ones(1)
-    # The storage modulus at each time, of which an error is a fraction.
+    # The storage modulus at each time, as reference of errors.
     level = np.interp(-logs, *_by_frequency(data))
     sets = [logs]
     while len(logs) > 1:
@@ -180,13 +181,13 @@ def _joined(data: _Data, most: int) -> list[Array]:
 
 
 def _added(weights: Array, i: int) -> Array:
-    """Weights with that of `i` added to the next one."""
+    """Weights with the weight of `i` added to the next one."""
     result = weights.copy()
     result[i + 1] += weights[i]
     return result
 
 
 def _by_frequency(data: _Data) -> tuple[Array, Array]:
-    """Logarithms of rising frequencies, and the storage moduli (Pa) there."""
+    """Logarithms of ascending frequencies, and their storage moduli (Pa)."""
     order = np.argsort(data.frequency)
     return np.log(data.frequency[order]), data.storage[order]

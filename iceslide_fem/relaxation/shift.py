@@ -1,4 +1,4 @@
-"""How the times of relaxation shift with the temperature: WLF, and Arrhenius below it.
+"""Shift of relaxation times with temperature: WLF, and Arrhenius at low temperature.
 
     log10 a_T = -C_1 (T - T_r) / (C_2 + T - T_r),   tau(T) = a_T tau(T_r)        (1)
 
@@ -22,8 +22,8 @@ GAS_CONSTANT = 8.314462618  # J/(mol K)
 class Shift:
     """C1 (of log10), C2 (K) and the reference temperature T_r (K) of (1).
 
-    Below `arrhenius_below` (K) ln a_T goes on with slope of the `activation_energy` (J/mol):
-    E / R (1 / T - 1 / arrhenius_below) more than there.
+    Below `arrhenius_below` (K) the Arrhenius law with the `activation_energy` E (J/mol) adds E / R
+    (1 / T - 1 / arrhenius_below) to ln a_T at that temperature.
     """
 
     C1: float
@@ -33,7 +33,7 @@ class Shift:
     activation_energy: float = 0.0
 
     def __call__(self, temperature: ArrayLike) -> Array:
-        """a_T at temperatures (K) of any shape; infinite where (1) has no value."""
+        """a_T at temperatures (K) of any shape; infinite where (1) is undefined."""
         T = np.asarray(temperature, dtype=float)
         above = np.maximum(T, self.arrhenius_below) - self.reference
         with np.errstate(divide="ignore", over="ignore"):
@@ -46,14 +46,14 @@ class Shift:
         return np.asarray(factor * np.exp(beyond))
 
     def moved(self, reference: float) -> Shift:
-        """The same curve with another reference temperature (K), at which a_T is 1."""
+        """The same curve with another reference temperature (K)."""
         further = self.C2 + reference - self.reference
         return replace(self, C1=self.C1 * self.C2 / further, C2=further, reference=reference)
 
 
 @dataclass(frozen=True)
 class NoShift:
-    """Times that are the same at every temperature."""
+    """No shift with temperature."""
 
     def __call__(self, temperature: ArrayLike) -> Array:
         """a_T = 1."""

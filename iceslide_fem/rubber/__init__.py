@@ -1,4 +1,4 @@
-"""The block: hyperelasticity, contact with the ice's plane, equilibrium, press, motion.
+"""The rubber block: hyperelasticity, contact with the ice plane, equilibrium, press, motion.
 
 Imports `laws`, `mesh`, `fenics`, `scene` and what is below them.
 """

@@ -27,15 +27,15 @@ from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.scene import Scene
 
-# Newton stops at a residual of these fractions of the plate's force and of the friction force,
-# times the scene's tolerance: mu(t) moves by a hundredth of that. The second is the smaller one
-# where mu is below 0.1. Where rubber has inertia what is left accelerates it: then a fifth of both.
-# Under a law that is not viscous the block is solved however little friction has changed, and what
-# is left must not be as much as that: then a tenth.
+# Newton's residual tolerance: the scene's tolerance times these fractions of the plate's force and
+# of the friction force. It changes mu(t) by a hundredth of the tolerance. The second is the smaller
+# one if mu is below 0.1. With inertia a residual accelerates the rubber, so both are reduced to a
+# fifth. Under a law that is not viscous the block is solved for small changes of friction, and the
+# residual must be smaller than these: both are reduced to a tenth.
 EQUILIBRIUM_SHARE, FRICTION_SHARE, INERTIA, NOT_VISCOUS = 5e-3, 5e-2, 0.2, 0.1
-# Static friction is fully mobilised after a slip of about this fraction of the height.
+# Slip at which static friction is fully mobilised, over the height.
 STICK_SHARE = 1e-3
-# Slip speed (m/s) of the displacement along x (f, q), and its derivative (1/s).
+# Function of the displacement along x (f, q): slip speed (m/s), and its derivative (1/s).
 SpeedLaw = Callable[[Array], tuple[Array, float]]
 
 
@@ -43,10 +43,10 @@ SpeedLaw = Callable[[Array], tuple[Array, float]]
 class Block:
     """A scene's block, its contact surface and its equilibrium solver.
 
-    Its present displacements and stick points are what the last solve has left: whoever rejects
-    that restores what there was.
+    Present displacements and stick points are those of the last solve. A caller that rejects a
+    solve restores them.
     area: nominal contact area of the mesh (m2; m in a slice); force: the plate's (N; N/m) at t = 0;
-    scale: from forces of the mesh to those of the whole block; height: of the block, m.
+    scale: force of the whole block over force of the mesh; height: of the block, m.
     """
 
     scene: Scene
@@ -67,8 +67,8 @@ class Block:
     def balance(self, law: TractionLaw, load: float = 1.0, friction: float = np.inf) -> Solution:
         """Find equilibrium under `load` times the plate's force. Raises NotConverged.
 
-        `friction` (N, of the mesh) is what the law's shear amounts to: where that is small, the
-        residual must be small against it, too, unless there is none.
+        friction: friction force of the law, N, of the mesh. The residual is also small relative to
+        it, unless it is 0.
         """
         force = self.force * load
         scale = EQUILIBRIUM_SHARE * force
@@ -77,7 +77,7 @@ class Block:
         return self.equilibrium.solve(force, law, self._tolerance * scale)
 
     def balance_under_held_plate(self, law: TractionLaw) -> Solution:
-        """Find equilibrium with the plate where the displacements have it. Raises NotConverged."""
+        """Find equilibrium with the plate held at its present position. Raises NotConverged."""
         tolerance = self._tolerance * EQUILIBRIUM_SHARE * self.force
         return self.equilibrium.solve(None, law, tolerance)
 
@@ -88,7 +88,7 @@ class Block:
         return self.scene.numerics.tolerance * min(inertia, law)
 
     def drag(self, law: TractionLaw) -> float:
-        """Force against the sliding direction of the whole block, N, by `law`. Collective."""
+        """Force of `law` against the sliding direction, N, of the whole block. Collective."""
         contact, moved = self.contact, self.surface.displacements(self.rubber.displacements)
         traction = law(contact.pressure, moved[..., :-1]).value[..., 0]
         return -self.total(traction, contact.area)
@@ -105,7 +105,7 @@ class Block:
         return static_friction(pressure, displacement, coefficient, STICK_SHARE * self.height)
 
     def sliding(self, sheared: Sheared, speed: SpeedLaw) -> TractionLaw:
-        """Traction of the shear at slip speeds that may follow the rubber."""
+        """Traction law of the shear; the slip speed may depend on the rubber's motion."""
 
         def law(pressure: Array, displacement: Array) -> Traction:
             slip, slope = speed(displacement[..., 0])
@@ -114,7 +114,7 @@ class Block:
         return law
 
     def held(self, sheared: Sheared, speed: SpeedLaw, pressure: Array) -> TractionLaw:
-        """The same under pressures (f, q), Pa, that are held, whatever the present ones."""
+        """The same with constant pressures (f, q), Pa, instead of the present ones."""
 
         def law(_: Array, displacement: Array) -> Traction:
             slip, slope = speed(displacement[..., 0])
@@ -125,7 +125,7 @@ class Block:
         return law
 
     def stop_at_faults(self, moment: str) -> None:
-        """Raise SimulationStopped, on all ranks, if the friction law is at fault. Collective."""
+        """Raise SimulationStopped on all ranks if the friction law has a fault. Collective."""
         faults = self.surface.comm.allgather(self.law.fault)
         found = [(rank, fault) for rank, fault in enumerate(faults) if fault]
         if found:
@@ -134,11 +134,11 @@ class Block:
             raise SimulationStopped(f"{fault}{where}; the run stops at {moment}")
 
     def limit_met(self) -> str:
-        """What the block gives way by at the present displacements. Collective."""
+        """The mechanical limit met at the present displacements, in words. Collective."""
         return limit_met(self.posture(), self.slenderness)
 
     def posture(self) -> Posture:
-        """How the block stands at the present displacements. Collective."""
+        """Posture of the block at the present displacements. Collective."""
         displacements, penalty = self.rubber.displacements, self.equilibrium.penalty
         return posture(self.surface, displacements, penalty, self.slenderness)
 
@@ -148,15 +148,16 @@ class Block:
         return most_slender(self.rubber.mesh, self.height, self.scene.rubber)
 
     def smallest_opening(self) -> float:
-        """Smallest distance of facing walls of sipes and grooves, m; below 0 by what they press
-        into each other, infinite without walls. Collective.
+        """Smallest distance of facing walls of sipes and grooves, m. Collective.
+
+        Negative for penetration, infinite without walls.
         """
         walls = self.rubber.self_contact
         return np.inf if walls is None else walls.smallest_opening(self.rubber.displacements)
 
     @property
     def stick_points(self) -> StickPoints | None:
-        """Of the last accepted equilibrium; None without friction between walls."""
+        """Stick points of the last accepted equilibrium; None without friction of walls."""
         walls = self.rubber.self_contact
         return None if walls is None else walls.stick_points
 
@@ -166,8 +167,9 @@ class Block:
             self.rubber.self_contact.stick_points = stick_points
 
     def stick_points_after(self) -> tuple[StickPoints | None, float]:
-        """Stick points if the present displacements are accepted, and the heat (J, of the whole
-        block) that slipping walls have made. Collective.
+        """Stick points at the present displacements, and the frictional heat of walls. Collective.
+
+        The heat is that of the whole block since the last accepted equilibrium, J.
         """
         walls = self.rubber.self_contact
         if walls is None or walls.stick_points is None:
@@ -180,8 +182,9 @@ class Block:
         return self.total(contact.pressure, contact.area)
 
     def total(self, density: Array, area: Array) -> float:
-        """Integral of `density` over the whole block's contact, whose points have `area` (m2; m in
-        a slice), both of one shape. Collective.
+        """Integral of `density` over the contact of the whole block. Collective.
+
+        area: of the points, m2 (m in a slice), of the same shape.
         """
         return self.scale * self.surface.total(density, area)
 
@@ -189,9 +192,9 @@ class Block:
 def _slipping(
     shear: Array, by_pressure: Array, by_speed: Array, slope: float, components: int
 ) -> Traction:
-    """Traction of a shear (Pa), with its derivatives by pressure, speed, and so by displacement.
+    """Traction of a shear (Pa), with its derivatives.
 
-    `slope` is that of the slip speed by the displacement, 1/s.
+    slope: derivative of the slip speed with displacement, 1/s.
     """
     traction = sliding_friction(shear, by_pressure, components)
     traction.by_displacement[..., 0, 0] = -by_speed * slope

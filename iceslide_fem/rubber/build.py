@@ -1,4 +1,4 @@
-"""A scene's block: its mesh, its forms, its contact and what solves for its equilibrium."""
+"""Construction of a scene's block: mesh, forms, contact and equilibrium solver."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ from iceslide_fem.runtime.ranks import from_root
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.contradictions import too_soft
 
-# Penalty of walls that meet, of the contact's: lugs are soft, and walls as hard as that would snap
-# open and shut from one iterate to the next.
+# Penalty of self-contact over that of the ice contact. Lugs are soft: with stiffer walls the
+# iteration would open and close them alternately.
 WALLS = 0.1
 
 
 def build_block(scene: Scene, comm: MPI.Comm, energy: Energy = stored_energy) -> Block:
     """Mesh the scene's block and prepare its forms. Collective.
 
-    `energy` chooses another element than the default. Raises SceneError if the user's mesh can't be
-    used, or its penalty below that mesh, or a run needs more memory than there is.
+    energy: another element than the default. Raises SceneError if the user's mesh or the penalty is
+    unsuitable, or if the memory does not suffice.
     """
     law = law_of(scene)
     from_root(lambda: check_memory(scene), comm)
     mesh = rubber_mesh(scene, comm)
     z = mesh.mesh.geometry.x[:, mesh.mesh.geometry.dim - 1]
     height = float(comm.allreduce(z.max(initial=0.0), op=MPI.MAX))
-    fault = too_soft(scene, height)  # of a mesh of the user's the height is known only now
+    fault = too_soft(scene, height)  # a user's mesh has its height only now
     if fault is not None:
         raise SceneError(fault)
     material = scene.mooney_rivlin

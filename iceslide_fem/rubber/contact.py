@@ -16,7 +16,8 @@ from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import MooneyRivlin
 
 # Penetration over the block's mean deformation: a fraction of the scene's tolerance, within bounds.
-# Softer is hardly cheaper, stiffer hardly more accurate (docs/validation/accuracy.md).
+# A softer penalty is hardly cheaper, a stiffer one hardly more accurate
+# (docs/validation/accuracy.md).
 PENETRATION_SHARE, PENETRATION = 0.1, (1e-3, 1e-2)
 
 
@@ -53,7 +54,7 @@ def static_friction(
 
 
 def sliding_friction(shear: Array, by_pressure: Array, components: int) -> Traction:
-    """Shear stress (f, q) that acts on the rubber against the sliding direction +x."""
+    """Traction of a shear stress (f, q) on the rubber, against the sliding direction +x."""
     value = np.zeros((*shear.shape, components))
     slope = np.zeros_like(value)
     value[..., 0], slope[..., 0] = -shear, -by_pressure
@@ -94,10 +95,10 @@ def contact_forces(surface: ContactSurface, state: ContactState, traction: Tract
 def contact_tangent(
     surface: ContactSurface, u: Array, penalty: float, state: ContactState, traction: Traction
 ) -> Array:
-    """Derivative of `contact_forces` by the nodal displacements `u`, of the parts of each whole
-    facet together: (facets, a, d, a, d), N/m.
+    """Derivative of `contact_forces` with the nodal displacements `u`, N/m.
 
-    `state` and `traction` are those at `u`. Facets under no load have none.
+    The parts of a facet are summed: (facets, a, d, a, d). `state` and `traction` are those at `u`.
+    Unloaded facets are zero.
     """
     facets, here = surface.firsts.size, _loaded(state, traction)
     surface = surface.of(here)
@@ -110,7 +111,7 @@ def contact_tangent(
     d_stress[..., :-1, :-1] = traction.by_displacement
     d_stress[..., :-1, -1] = traction.by_pressure * d_pressure[..., None]
     d_stress[..., -1, -1] = d_pressure
-    # the force on a node is sum_q s_a t_i A: its stress changes, and the area that it covers
+    # the nodal force sum_q s_a t_i A depends on the stress t_i and on the covered area A
     moving = d_stress * state.area[..., None, None]
     turning = stress[:, :, None, :, None] * d_area[:, :, :, None, :]
     parts = surface.summed_pairs(moving, turning)
@@ -121,17 +122,18 @@ def contact_tangent(
 
 
 def _loaded(state: ContactState, traction: Traction) -> NDArray[np.intp]:
-    """Facets under a load, or a change of one: most of the walls are not."""
-    parts = (state.pressure, traction.value, traction.by_displacement)  # by pressure: where it is
+    """Facets with a load or a load derivative; most of the walls have none."""
+    parts = (state.pressure, traction.value, traction.by_displacement)  # zero with them
     return np.flatnonzero(sum(part.any(axis=tuple(range(1, part.ndim))) for part in parts))
 
 
 def default_penalty(material: MooneyRivlin, height: float, tolerance: float) -> float:
-    """Penalty (Pa/m) under which a uniform pressure sinks in by a fraction of the deformation.
+    """Penalty (Pa/m) whose penetration is a fraction of the block's deformation.
 
-    A block of this height (m) yields by p H / E, the penalty by p / eps: eps = E / (fraction H).
-    The fraction is a tenth of `tolerance`, but between 1e-3 and 1e-2. Where pressure concentrates
-    at the edges, penetration is 1.5 to 4 times larger (scripts.studies.penalty_effect).
+    Under a uniform pressure p the block of this height (m) deforms by p H / E, and penetration is p
+    / eps. Hence eps = E / (fraction H). The fraction is a tenth of `tolerance`, but between 1e-3
+    and 1e-2. Where pressure concentrates at the edges, penetration is 1.5 to 4 times larger
+    (scripts.studies.penalty_effect).
     """
     fraction = min(max(PENETRATION_SHARE * tolerance, PENETRATION[0]), PENETRATION[1])
     return material.youngs_modulus / (fraction * height)

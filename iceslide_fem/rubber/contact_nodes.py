@@ -1,4 +1,4 @@
-"""Nodes of the contact numbered over all ranks, and the loads on them, which all ranks know."""
+"""Contact nodes in a global numbering, and their loads, held by all ranks."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from iceslide_fem.rubber.contact_surface import ContactSurface
 from iceslide_fem.rubber.self_contact import SelfContact
 from iceslide_fem.runtime.arrays import Array
 
-# Parts of a load that are answered at once; what one must have of the whole.
+# Number of parts of a load that are solved at once; least norm of a part over the whole.
 PARTS, WORTH = 6, 0.02
-# What the resultant of forces counts beside each of them where their size is taken: what lacks
-# evenly at all nodes counts less than where it lacks at one the more nodes there are, and moves the
-# block most. More of it asks for more factors in slides that do not need them.
+# Weight of the resultant in the norm of forces. The norm of a uniform residual falls with the
+# number of nodes, but it moves the block most. A larger weight requires more factorisations than
+# most runs need.
 RESULTANT = 0.3
 
 
 class ContactNodes:
-    """Nodes of the contact `surface` numbered over all ranks, which all know the loads on them.
+    """Nodes of the contact `surface` in a global numbering, with loads held by all ranks.
 
-    Loads are (n_loads,), N: of all components of all nodes, and at the end of the plate. own: those
-    dofs of this rank that are among them.
+    Loads are (n_loads,), N: all components of all nodes, then the plate. own: dofs of this rank
+    among them.
     """
 
     def __init__(
@@ -36,10 +36,9 @@ class ContactNodes:
         fixed: NDArray[np.int32],
         lifted: Array,
     ) -> None:
-        """`self_contact` touch each other, too. `vector`: of nodal forces, overwritten; `fixed`
-        and, of the plate, `lifted`: own dofs.
-
-        Loads on fixed dofs are none but the plate's. Collective.
+        """self_contact: walls, whose nodes are included; vector: of nodal forces, overwritten;
+        fixed, lifted: own dofs that are fixed, and those of the plate. Loads on fixed dofs are 0,
+        except the plate's. Collective.
         """
         comm, dofs = surface.comm, surface.dofs[surface.firsts]
         dim, n_owned = surface.nodes.shape[-1], vector.getLocalSize()
@@ -80,8 +79,10 @@ class ContactNodes:
     def acting(
         self, facets: NDArray[np.intp], between: csr_matrix | None, loads: Array
     ) -> NDArray[np.intp]:
-        """Where there are `loads` (k, n), or some of this rank's `facets`, or what acts `between`
-        walls, may make some; and the plate's. Increasing, the same on all ranks. Collective.
+        """Sorted indices of loads that may be nonzero, equal on all ranks. Collective.
+
+        They come from `loads` (k, n), from this rank's `facets`, and from the stiffness `between`
+        walls. The plate's load is included.
         """
         acts = np.zeros(self.n_loads, dtype=np.int8)
         acts[self._numbers[facets]] = acts[-1] = 1
@@ -91,8 +92,8 @@ class ContactNodes:
         return np.flatnonzero(acts.astype(bool) | loads.any(axis=0))
 
     def summing(self, facets: NDArray[np.intp], acting: NDArray[np.intp]) -> csc_matrix:
-        """From forces on some of this rank's `facets` (f a d) to loads where they are `acting`, but
-        for the plate's.
+        """Matrix from forces on this rank's `facets` (f a d) to `acting` loads without the
+        plate's.
         """
         numbers = np.searchsorted(acting, self._numbers[facets].ravel())
         first = np.arange(numbers.size + 1)
@@ -100,10 +101,7 @@ class ContactNodes:
         return csc_matrix((np.ones(numbers.size), numbers, first), shape=shape)
 
     def loads(self, own: Array, acting: NDArray[np.intp]) -> Array:
-        """Loads (a, k) of all ranks where they are `acting`, of each rank's `own` (a - 1, k).
-
-        Collective.
-        """
+        """`acting` loads (a, k) summed over all ranks, from `own` (a - 1, k). Collective."""
         loads = np.empty((acting.size, own.shape[1]))
         loads[:-1], loads[-1] = own, 0.0
         self._comm.Allreduce(MPI.IN_PLACE, loads, op=MPI.SUM)
@@ -112,19 +110,20 @@ class ContactNodes:
         return loads
 
     def resultant(self, acting: NDArray[np.intp]) -> Array:
-        """From loads where they are `acting` (a) to their resultant, as it counts: (d, a)."""
-        component = np.append(self._unknowns[acting[:-1]] % self._dim, -1)  # the plate's: none
+        """Matrix (d, a) from `acting` loads (a) to their weighted resultant."""
+        component = np.append(self._unknowns[acting[:-1]] % self._dim, -1)  # -1: the plate
         return RESULTANT * (component == np.arange(self._dim)[:, None])
 
     def everywhere(self, loads: Array, acting: NDArray[np.intp]) -> Array:
-        """Loads (k, n) of those (k, a) that are `acting`."""
+        """Full loads (k, n) from the `acting` ones (k, a)."""
         found = np.zeros((len(loads), self.n_loads))
         found[:, acting] = loads
         return found
 
     def between_walls(self, stiffness: csr_matrix) -> csr_matrix | None:
-        """The loads (n - 1) that changes of the `own` dofs make by a stiffness of the walls (N/m,
-        by their unknowns, the same on all ranks); None if it is zero.
+        """Matrix from changes of the `own` dofs to loads (n - 1), by a `stiffness` of the walls.
+
+        stiffness: in the walls' unknowns, N/m, equal on all ranks. None if it is zero.
         """
         entries = stiffness.tocoo()
         if not entries.nnz:
@@ -136,8 +135,10 @@ class ContactNodes:
         return csr_matrix((entries.data[here], places), shape=shape)
 
     def parts(self, load: Array) -> Array:
-        """Parts (k, n) of a load, each of the length 1: what the lines that have most of it have,
-        in x or z, and the rest. The same on all ranks to the last digit. Collective.
+        """Parts (k, n) of a load, each of norm 1. Collective.
+
+        They are the loads in x or z of the lines with the largest loads, and the rest. They are
+        equal on all ranks to the last digit.
         """
         sizes = np.bincount(self._lines, load[:-1] ** 2)
         place = np.full(sizes.size, PARTS - 1)
@@ -150,21 +151,21 @@ class ContactNodes:
         return np.asarray(self._comm.bcast(parts[worth] / sizes[worth, None]))
 
     def norm(self, load: Array) -> float:
-        """Of a load, the same on all ranks to the last digit. Collective."""
+        """Norm of a load, equal on all ranks to the last digit. Collective."""
         return float(self._comm.bcast(float(np.linalg.norm(load)), root=0))
 
     def entries(self, loads: Array) -> SparseColumns:
-        """Loads (k, n) as columns of all ranks' dofs, but for what is on the plate."""
+        """Loads (k, n) as columns over all ranks' dofs, without the plate's."""
         column, place = np.nonzero(loads[:, :-1])
         first = np.searchsorted(column, np.arange(len(loads) + 1)).astype(np.int32)
         return SparseColumns(first, self._unknowns[place], loads[column, place])
 
     def on_own(self, load: Array) -> Array:
-        """Those on the `own` dofs."""
+        """Loads on the `own` dofs."""
         return load[:-1][self._here]
 
     def at_facets(self, change: Array) -> Array:
-        """A change of this rank's dofs, ghosts included, at the facets' nodes, (f, a d), m."""
+        """A change of this rank's dofs (with ghosts) at the facets' nodes, (f, a d), m."""
         moved = change.reshape(-1, self._dim)[self._dofs]
         return np.asarray(moved.reshape(len(moved), moved.shape[1] * self._dim))
 
@@ -172,8 +173,10 @@ class ContactNodes:
 def _lines(
     nodes: Array, numbers: NDArray[np.int64], total: int, comm: MPI.Comm
 ) -> NDArray[np.intp]:
-    """Number of the line across x and of the direction, vertical or not, that each of `total` loads
-    belongs to: on the facets' `nodes` (f, a, d), m, those of the `numbers` (f a d). Collective.
+    """For each of `total` loads: number of its line across x and its direction. Collective.
+
+    The direction is vertical or horizontal. nodes: of the facets (f, a, d), m; numbers: of their
+    loads (f a d).
     """
     dim = nodes.shape[-1]
     place = np.full((total, 2), -np.inf)

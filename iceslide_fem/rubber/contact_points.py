@@ -1,4 +1,4 @@
-"""Where the block may touch the ice, and at how many points of each facet that is asked."""
+"""Quadrature points at which the block may touch the ice."""
 
 from __future__ import annotations
 
@@ -16,19 +16,17 @@ from iceslide_fem.rubber.contact_surface import ContactSurface, contact_surface
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 from iceslide_fem.scene import Scene
 
-# Gauss points in the halves of each facet, where the ice's cells end. In a block on a flat bottom
-# fewer lie across the sliding direction, as many as 5 bar need (docs/validation/accuracy.md).
+# Gauss points in the halves of each facet; ice cells end at the halves. A block with a flat bottom
+# has fewer points across the sliding direction, as many as 5 bar need
+# (docs/validation/accuracy.md).
 FACET_DEGREE, FACET_PIECES = 7, 2
 ACROSS_DEGREE, FLAT = 5, 1e-6
-# Where the ice slides, so many points of the rubber lie on so many of its cells, along x.
+# On sliding ice: number of rubber points per number of ice cells, along x.
 POINTS, CELLS = 6, 2.0
 
 
 def contact_points(scene: Scene, rubber: HyperelasticBody, height: float) -> ContactSurface:
-    """The points at which the scene's `rubber`, a block of that `height` (m), may touch the ice.
-
-    Collective.
-    """
+    """Points at which the `rubber`, a block of this `height` (m), may touch ice. Collective."""
     facets = _facets_near_ice(rubber, height)
     passes = scene.ice.motion == "sliding"
     along, longest = (POINTS, CELLS * window_cell(scene)) if passes else (0, np.inf)
@@ -40,8 +38,8 @@ def contact_points(scene: Scene, rubber: HyperelasticBody, height: float) -> Con
 
 
 def _facets_near_ice(rubber: HyperelasticBody, height: float) -> NDArray[np.int32]:
-    """Local numbers of the facets that may touch the ice: `contact`, and the lower ones of `walls`,
-    which roll onto it.
+    """Local numbers of facets that may touch ice: `contact`, and lower `walls` that fold onto
+    it.
     """
     walls = rubber.facets("walls")
     if not len(walls):
@@ -52,7 +50,7 @@ def _facets_near_ice(rubber: HyperelasticBody, height: float) -> NDArray[np.int3
 
 
 def _is_flat(rubber: HyperelasticBody, facets: NDArray[np.int32]) -> bool:
-    """Whether all `facets` lie flat or stand upright; those of round edges do not. Collective."""
+    """Whether all `facets` are horizontal or vertical (no round edges). Collective."""
     normals = contact_surface(rubber.space, facets, 1).undeformed()
     up = np.abs(normals[..., -1]) / np.linalg.norm(normals, axis=-1)
     inclined = bool(((up > FLAT) & (up < 1.0 - FLAT)).any())

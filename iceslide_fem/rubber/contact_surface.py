@@ -1,6 +1,6 @@
-"""The rubber's contact surface: quadrature points on its facets, gathered and scattered by NumPy.
+"""The rubber's contact surface: quadrature on its facets, evaluated in NumPy.
 
-Facets belong to the rank that owns their cell, so every point exists once; a rank may have none.
+Facets belong to the rank that owns their cell, so every point exists once. A rank may have none.
 Shapes: f facets or parts of them, q points on each, a nodes per facet, d = 2 or 3 components (z
 last).
 """
@@ -18,8 +18,7 @@ from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, basix
 from iceslide_fem.runtime.arrays import Array
 
-# Entries of the pairs of all facets up to which a product with them takes less time than one for
-# each kind, as in a slice.
+# Number of entries of `pairs` of all facets up to which one product is faster than one per kind.
 FEW = 100_000
 FACET_OF = {
     "triangle": "interval",
@@ -35,10 +34,10 @@ class ContactSurface:
 
     dofs: blocked dofs (f, a); nodes: undeformed positions (f, a, d), m; shape: (f, q, a);
     slopes: derivatives of the shape functions by the facet's coordinates (f, q, d-1, a);
-    weights: reference weights with the sign that makes area vectors point outwards (f, q); whole:
-    number of the facet on this rank, (f,), of which each is a part. Facets of one kind (f,) have
-    the same shape and slopes; pairs: of each kind, products of the shape functions with themselves
-    and with the slopes by each coordinate, (kinds, d q, a a).
+    weights: reference weights, with the sign that makes area vectors point outwards (f, q); whole:
+    number of the whole facet on this rank to which a part belongs, (f,). Parts of one kind (f,)
+    have the same shape and slopes; pairs: per kind, products of the shape functions with themselves
+    and with the slopes, (kinds, d q, a a).
     """
 
     dofs: NDArray[np.int32]
@@ -58,7 +57,7 @@ class ContactSurface:
 
     @cached_property
     def firsts(self) -> NDArray[np.intp]:
-        """Of the parts of each whole facet the first, (facets,)."""
+        """First part of each whole facet, (facets,)."""
         return np.flatnonzero(np.diff(self.whole, prepend=-1))
 
     def of(self, facets: NDArray[np.intp]) -> ContactSurface:
@@ -91,8 +90,8 @@ class ContactSurface:
     def footprint(self, u: Array) -> Array:
         """Area that each point covers on the plane of the ice, (f, q), m2 (m in a slice).
 
-        The deformed area vector's component towards the ice, not below zero: a facet that is
-        vertical or faces upwards covers nothing. n da = J F^-T N dA (Nanson), from the tangents.
+        It is the component of the deformed area vector towards the ice, at least 0: vertical and
+        upward facets cover nothing. n da = J F^-T N dA (Nanson), from the tangents.
         """
         if self.nodes.shape[-1] == 2:  # along x alone
             x = self.nodes[..., 0] + u[:, 0][self.dofs]
@@ -131,7 +130,7 @@ class ContactSurface:
         return sums.reshape(f, rows, columns, nodes, nodes).transpose(0, 3, 1, 4, 2)
 
     def undeformed(self) -> Array:
-        """Area vectors of the undeformed facets at the points, (f, q, d), by the weight 1."""
+        """Area vectors of the undeformed facets at the points, for weight 1, (f, q, d)."""
         return area_vectors(_tangents(self.slopes, self.nodes))
 
     def tangents(self, u: Array) -> Array:
@@ -164,11 +163,11 @@ def contact_surface(
 ) -> ContactSurface:
     """Quadrature of polynomial `degree` on the exterior `facets` (local numbers) of `space`.
 
-    Edges and quadrilaterals are cut into `pieces` each way with a rule of their own, so that
-    functions with kinks on the cuts are integrated exactly; triangles are not. The sides that run
-    least along x have a rule of the degree `across`, if that is given. With `along`, those that run
-    most along x have so many Gauss points instead (triangles both ways), and again on every equal
-    part of them that is no longer than `longest` (m).
+    Edges and quadrilaterals are cut into `pieces` per direction, each with its rule. Functions with
+    kinks at the cuts are then integrated exactly. Triangles are not cut. `across`, if given, is the
+    degree along the sides that run least along x. `along` is the number of Gauss points on the
+    sides that run most along x (triangles: both directions). These sides are cut into equal parts
+    no longer than `longest` (m).
 
     `space` is a vector Lagrange space of degree 1 or 2 on a mesh of linear geometry.
     """
@@ -190,7 +189,7 @@ def contact_surface(
     dofs_of_cells = compat.cell_dofs(space)[cells]
     dofs = np.take_along_axis(dofs_of_cells, closures[local], axis=1)
     nodes = coordinates[dofs]
-    # The first nodes are the vertices; sides are those from vertex 0.
+    # The first nodes are the vertices. Sides start at vertex 0.
     sides = np.abs(nodes[:, 1:dim, 0] - nodes[:, :1, 0])
     turned = sides[:, -1] > sides[:, 0]
     parts = np.maximum(np.ceil(sides.max(axis=1) / longest), 1.0).astype(np.intp)
@@ -213,7 +212,7 @@ def contact_surface(
         table = np.array(element.tabulate(1, here))[..., 0][..., closures[number]]
         shapes[at], slopes[at] = table[0], np.einsum("sd,dqa->qsa", axes, table[1:])
 
-    kind = kind.reshape(-1).astype(np.intp)  # of two dimensions in NumPy 2.0
+    kind = kind.reshape(-1).astype(np.intp)  # NumPy 2.0 returns two dimensions
     seconds = np.concatenate([shapes[:, None], slopes.transpose(0, 2, 1, 3)], axis=1)
     pairs = shapes[:, None, :, :, None] * seconds[:, :, :, None, :]
     outwards = nodes.mean(axis=1) - coordinates[dofs_of_cells].mean(axis=1)

@@ -1,4 +1,4 @@
-"""The rubber's element: Mooney-Rivlin energy, and the points of a cell at which it is taken."""
+"""The rubber's element: Mooney-Rivlin energy, and its quadrature in a cell."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from iceslide_fem.mesh.profile import CONTACT_HEIGHT
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import MooneyRivlin
 
-# The displacement is quadratic. Where the rubber may touch something, and in the lower half of the
-# block, its whole energy is taken at 3 x 3 x 3 points, so that no corner of a cell is crushed; in
-# the other cells its volumetric part at 2 x 2 x 2, because with more those at the plate lock (see
-# docs/explanation/rubber.md).
+# The displacement is quadratic. Cells that may touch something, and cells in the lower half of the
+# block, integrate the whole energy at 3 x 3 x 3 points. This prevents crushed corners. The other
+# cells integrate the volumetric part at 2 x 2 x 2 points, because cells at the plate lock with more
+# (see docs/explanation/rubber.md).
 DEGREE = 2
 QUADRATURE_DEGREE, VOLUME_DEGREE = 5, 3
-WHOLE, SPLIT = 1, 2  # parts of the measure over the cells: of whose energy, and of whose parts
-# Rows and columns of the six components of a symmetric tensor, in VTK's order; in a slice they are
-# x, z and the direction out of the plane.
+WHOLE, SPLIT = 1, 2  # subdomains of the measure: full and selective integration
+# Rows and columns of the six components of a symmetric tensor, in VTK's order. In a slice the axes
+# are x, z and the normal of the plane.
 SIX = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
-ROUNDING = 1e-6  # of the height: a layer in the middle of the block belongs to the lower half
-# The elastic energy (J; J/m in a slice) as a UFL functional: given a displacement, a material, and
-# the measure over the cells with its parts WHOLE and SPLIT.
+ROUNDING = 1e-6  # of the height: assigns a layer at half height to the lower half
+# The elastic energy (J; J/m in a slice) as a UFL functional of a displacement, a material, and the
+# measure with its subdomains WHOLE and SPLIT.
 Energy = Callable[[Any, MooneyRivlin, Any], Any]
 
 
@@ -42,8 +42,8 @@ def energy_density(grad_u: Any, material: MooneyRivlin) -> Any:
 def isochoric_energy(grad_u: Any, material: MooneyRivlin) -> Any:
     """The part C10 (I1bar - 3) + C01 (I2bar - 3) of `energy_density`.
 
-    I1 = |F|^2 and I2 = |cof F|^2: with one logarithm and one exponential for all powers of J, the
-    residual takes two thirds to four fifths of the time that the usual formulas take.
+    I1 = |F|^2 and I2 = |cof F|^2. All powers of J share one logarithm and one exponential, so the
+    residual takes two thirds to four fifths of the time of the usual formulas.
     """
     dim = grad_u.ufl_shape[0]
     F = ufl.Identity(dim) + grad_u
@@ -70,7 +70,7 @@ def stored_energy(u: Any, material: MooneyRivlin, dx: Any) -> Any:
 
 
 def integrated(isochoric: Any, volumetric: Any, dx: Any) -> Any:
-    """Integral of both parts of an energy density (J/m3), each at the points where it is taken."""
+    """Integral of both parts of an energy density (J/m3), each with its quadrature."""
     whole, volume = ({"quadrature_degree": one} for one in (QUADRATURE_DEGREE, VOLUME_DEGREE))
     together = (isochoric + volumetric) * dx(WHOLE, metadata=whole)
     apart = isochoric * dx(SPLIT, metadata=whole)
@@ -88,8 +88,8 @@ def tensors(six: Array) -> Array:
 def kinds_of_cells(block: DistributedMesh) -> NDArray[np.int32]:
     """WHOLE or SPLIT of every cell that this rank owns, (n,). Collective.
 
-    WHOLE are those with a facet that may meet the ice or another wall, those in the lower half of
-    the block, and all simplices.
+    WHOLE cells are those with a facet that may touch ice or another wall, those in the lower half
+    of the block, and all simplices.
     """
     mesh, tags = block.mesh, block.facet_tags
     z = compat.cell_midpoints(mesh)[:, mesh.geometry.dim - 1]

@@ -10,15 +10,15 @@ from iceslide_fem.rubber.newton import LAG, Newton, Solution
 from iceslide_fem.rubber.plate_contact import lift_of
 from iceslide_fem.rubber.tangent import Tangent
 
-ROUNDING = 1e-11  # of the plate's force, which rounding of the elastic forces may leave
-CONTACT = 0.2  # of the tolerance, which the contact may leave in a change by kept factors
+ROUNDING = 1e-11  # of the plate's force: rounding error of the elastic forces
+CONTACT = 0.2  # of the tolerance: residual of the contact part in a change by kept factors
 
 
 class Equilibrium:
     """Solves for the displacements of `rubber` and the plate.
 
-    force (N; N/m in a slice; half of it in a half model) and the traction law are given per
-    solve; the factors of the tangent are kept from one solve to the next.
+    Each solve has its plate force (N; N/m in a slice; half in a half model) and traction law.
+    Factors of the tangent are kept between solves.
     """
 
     def __init__(
@@ -31,14 +31,14 @@ class Equilibrium:
     ) -> None:
         """`penalty` in Pa/m; `prefix` selects PETSc options of the linear solver.
 
-        Factors are kept if `lag` iterations like the last one, by default `newton.LAG`, would
-        reach the tolerance; 0 is full Newton.
+        Factors are kept if `lag` more iterations at the last rate reach the tolerance; by default
+        `newton.LAG`, 0 for full Newton.
         """
         self.rubber, self.surface, self.penalty = rubber, surface, penalty
         self.tangent = Tangent(rubber, surface, prefix)
         self._residual = rubber.create_vector()
         self._lag = LAG[rubber.mesh.geometry.dim] if lag is None else (lag, 0)
-        self._kept = False  # factors to begin with
+        self._kept = False  # whether there are factors
 
     def under(
         self, force: float | None, law: TractionLaw, contact_tolerance: float = 0.0
@@ -48,11 +48,11 @@ class Equilibrium:
         return LoadedBlock(self.rubber, self.surface, *settings)
 
     def solve(self, force: float | None, law: TractionLaw, tolerance: float) -> Solution:
-        """Find equilibrium from the present displacements; plate force `force`, downwards.
+        """Find equilibrium from the present displacements under a downward plate `force`.
 
-        With None the plate stays where the displacements have it, and carries what it does.
-        `tolerance` (N) is the norm of the residual to reach, or what rounding leaves of it. Raises
-        NotConverged, with the displacements at the last iterate: the caller restores what it had.
+        With None the plate is held at its present position. tolerance: norm of the residual, N, at
+        least its rounding error. Raises NotConverged; the displacements are then those of the last
+        iterate, and the caller restores them.
         """
         tolerance = max(tolerance, ROUNDING * (force or 0.0), self.rubber.force_rounding())
         equations = self.under(force, law, CONTACT * tolerance)
@@ -67,7 +67,7 @@ class Equilibrium:
         self._kept = False
 
     def lower_plate(self, depth: float) -> None:
-        """Move the plate downwards by `depth` (m), what is below it in proportion to its height."""
+        """Move the plate downwards by `depth` (m), and the rubber in proportion to its height."""
         u, rubber = self.rubber.displacements, self.rubber
         z = rubber.space.tabulate_dof_coordinates()[:, u.shape[1] - 1]
         top = rubber.mesh.comm.allreduce(float(z.max(initial=0.0)), op=MPI.MAX)

@@ -1,7 +1,7 @@
-"""Where walls of sipes and grooves come near each other: the nearest points of those that face.
+"""Nearest points of facing walls of sipes and grooves.
 
-A point's nearest one y on a facing facet is found from t_a . (x - y) = 0 with the facet's tangents
-t_a, within the facet; on its rim only along it.
+The point y of a facing facet nearest to x fulfils t_a . (x - y) = 0 with the facet's tangents t_a.
+If y is on the facet's rim, this holds along the rim only.
 
 Shapes: F facets, q points each, a nodes, d components; P pairs of a point and its nearest one.
 """
@@ -16,14 +16,14 @@ from scipy.spatial import cKDTree
 from iceslide_fem.rubber.contact_surface import area_vectors
 from iceslide_fem.runtime.arrays import Array, Index, Mask
 
-FACING = -0.5  # normals whose product is below that look at each other
-# Facets, by their middles, among which the nearest point is looked for.
+FACING = -0.5  # facets face each other if the product of their normals is below this
+# Number of candidate facets, by the distance of their centres.
 NEIGHBOURS = {"interval": 5, "quadrilateral": 12, "triangle": 20}
 PROJECTIONS = 30
 CONVERGED = 1e-13  # change of a facet's coordinates
-BULGE = 0.2  # of its size: no facet is more curved
-SLIPPED_OFF = 0.7  # cosine to the normal below which a point is beside the end of a wall
-# Unit normals of a facet's rim in its coordinates, and how far along each the rim is.
+BULGE = 0.2  # of its size: upper bound of a facet's curvature
+SLIPPED_OFF = 0.7  # a point is beside the end of a wall if the cosine to its normal is below this
+# Unit normals of a facet's rim in reference coordinates, and the rim's distances along them.
 _ROOT = 0.5**0.5
 RIMS: dict[str, list[tuple[tuple[float, ...], float]]] = {
     "interval": [((-1.0,), 0.0), ((1.0,), 1.0)],
@@ -73,11 +73,11 @@ class Facets(NamedTuple):
 class Pressing(NamedTuple):
     """Points in or before a facing wall.
 
-    point: (slave facet, its quadrature point); facet: the facing wall's; place (P, d-1): of the
-    nearest point; shape (P, a) and its derivatives slopes (P, d-1, a), bends (P, d-1, d-1, a)
-    there; apart: r = x - y (P, d), m; tangents (P, d-1, d); ways (P, d-1, d-1): projectors on the
-    directions in which the nearest point is free to go; opening (P,): distance, below 0 where the
-    point is in the wall, m.
+    point: (slave facet, its quadrature point); facet: of the facing wall; place (P, d-1): reference
+    coordinates of the nearest point; shape (P, a), slopes (P, d-1, a), bends (P, d-1, d-1, a):
+    shape functions there and their first and second derivatives; apart: r = x - y (P, d), m;
+    tangents (P, d-1, d); ways (P, d-1, d-1): projectors on the free directions of the nearest
+    point; opening (P,): distance, negative for penetration, m.
     """
 
     point: tuple[Index, Index]
@@ -99,7 +99,7 @@ class Pressing(NamedTuple):
 
 
 class FacingWalls:
-    """Facets that may come near each other, and who is whose nearest."""
+    """Search of nearest points among facets that may come into contact."""
 
     def __init__(self, facets: Facets) -> None:
         self._facets = facets
@@ -107,12 +107,13 @@ class FacingWalls:
         self._middle = facets.nodes.mean(axis=1)
         main = np.abs(facets.outwards).argmax(axis=1)
         way = np.take_along_axis(facets.outwards, main[:, None], axis=1)[:, 0] > 0.0
-        self._side = 2 * main + way  # of facets that look roughly the same way
+        self._side = 2 * main + way  # facets with similar normals
 
     def nearest(self, positions: Array, x: Array, everywhere: bool) -> Pressing:
-        """The nearest points of the walls that facets face to the facets' points `x` (F, q, d),
-        with deformed nodes at `positions` (F, a, d), m: of all points, or (not `everywhere`) of
-        those that are near enough that they may be in a wall.
+        """Nearest points on facing walls to the points `x` (F, q, d), m.
+
+        positions: deformed nodes (F, a, d), m; everywhere: for all points, else only for points
+        near enough to penetrate a wall.
         """
         slave, point, facet = self._candidates(positions, x, everywhere)
         at = x[slave, point]
@@ -136,7 +137,7 @@ class FacingWalls:
     def _candidates(
         self, positions: Array, x: Array, everywhere: bool
     ) -> tuple[Index, Index, Index]:
-        """Triples of slave facet, its point, and a facing facet that may be the nearest."""
+        """Triples of slave facet, its point, and a candidate for the nearest facing facet."""
         centres, dim = positions.mean(axis=1), x.shape[2]
         triples = []
         for side in np.unique(self._side):
@@ -163,7 +164,7 @@ class FacingWalls:
         return slave[kept], point[kept], facet[kept]
 
     def _face_each_other(self, one: Index, other: Index) -> Mask:
-        """Whether facets look at each other, each before the other, in the undeformed body."""
+        """Whether two facets face each other in the undeformed body."""
         outwards = self._facets.outwards
         across = self._middle[other] - self._middle[one]
         turned = np.einsum("pd,pd->p", outwards[one], outwards[other]) < FACING
@@ -172,9 +173,9 @@ class FacingWalls:
         return np.asarray(turned & ahead & behind)
 
     def _project(self, x: Array, nodes: Array) -> tuple[Array, Array]:
-        """Coordinates (P, d-1) of the facets' nearest points, and the `ways` they may go.
+        """Coordinates (P, d-1) of the nearest points, and their free directions `ways`.
 
-        Newton's method on |r|^2 / 2 within the facet.
+        Newton's method for the minimum of |r|^2 / 2 within the facet.
         """
         sides = nodes.shape[2] - 1
         centre = 1.0 / 3.0 if self._facets.kind == "triangle" else 0.5
@@ -202,12 +203,13 @@ class FacingWalls:
         return place, ways
 
     def _ways(self, place: Array, descent: Array) -> Array:
-        """Projectors (P, s, s) on the directions that do not lead over the rim where the facet's
-        coordinates are `place` (P, s) and the nearest point is sought along `descent`.
+        """Projectors (P, s, s) on the directions that do not leave the facet.
+
+        place: coordinates (P, s); descent: search direction.
         """
         ways = np.tile(np.eye(place.shape[1]), (len(place), 1, 1))
         rounding = ROUNDING * np.linalg.norm(descent, axis=1)
-        for rim, limit in 2 * self._rims:  # what one holds may turn the way over another
+        for rim, limit in 2 * self._rims:  # a constraint at one rim may violate another
             normal = np.array(rim)
             out = (ways @ descent[..., None])[..., 0] @ normal > rounding
             held = np.flatnonzero(out & (place @ normal >= limit - ON_THE_RIM))
@@ -217,7 +219,7 @@ class FacingWalls:
         return ways
 
     def _within(self, place: Array) -> Array:
-        """The nearest coordinates in the facet."""
+        """Projection of coordinates onto the facet."""
         if self._facets.kind == "triangle":
             place = np.maximum(place, 0.0)
             place = place - 0.5 * np.maximum(place.sum(axis=1, keepdims=True) - 1.0, 0.0)
@@ -225,11 +227,11 @@ class FacingWalls:
 
 
 def restricted(matrix: Array, ways: Array) -> Array:
-    """The systems (P, s, s) for unknowns that go along `ways` alone: W M W + (1 - W)."""
+    """Systems (P, s, s) restricted to the directions `ways`: W M W + (1 - W)."""
     return np.asarray(ways @ matrix @ ways + np.eye(ways.shape[1]) - ways)
 
 
 def _outwards(tangents: Array, sign: Array) -> Array:
-    """Unit normals (n, d) of facets with such tangents (n, d-1, d), out of their body."""
+    """Outward unit normals (n, d) of facets with tangents (n, d-1, d)."""
     normal = area_vectors(tangents) * sign[:, None]
     return np.asarray(normal / np.linalg.norm(normal, axis=1, keepdims=True))

@@ -1,4 +1,4 @@
-"""How a block stands on the ice, and which limit it has met when no equilibrium is found."""
+"""Posture of a block on the ice, and the mechanical limit behind a missing equilibrium."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from iceslide_fem.rubber.contact_surface import ContactSurface
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.scene.rubber import Rubber
 
-FOLDED = 0.02  # fraction of the load on the sides from which on an edge counts as folded
-TIPPED = 0.8  # contact over nominal area below which an edge counts as lifted
+FOLDED = 0.02  # an edge counts as folded above this fraction of the load on the sides
+TIPPED = 0.8  # an edge counts as lifted below this contact over nominal area
 CRUSHED = 0.25  # compression of the height
-STEEP = 0.8  # sine of the slope from which on a facet is a side
-SLENDER = 2.0  # height over thickness from which on a block or a lug of it buckles
+STEEP = 0.8  # a facet is a side above this sine of its slope
+SLENDER = 2.0  # a block or a lug buckles above this height over thickness
 
 
 class Slenderness(NamedTuple):
@@ -28,7 +28,7 @@ class Slenderness(NamedTuple):
 
 
 def most_slender(mesh: Any, height: float, scene: Rubber) -> Slenderness:
-    """The block of that height (m) or a lug between its sipes. Collective."""
+    """The more slender one: the block of this height (m), or a lug between sipes. Collective."""
     x = mesh.geometry.x[:, 0]
     outer = np.array([-x.min(initial=np.inf), x.max(initial=-np.inf)])
     mesh.comm.Allreduce(MPI.IN_PLACE, outer, op=MPI.MAX)
@@ -49,12 +49,11 @@ def most_slender(mesh: Any, height: float, scene: Rubber) -> Slenderness:
 
 
 class Posture(NamedTuple):
-    """How a block stands: fraction of what is named.
+    """Posture of a block, in dimensionless numbers.
 
-    bottom: area of the bottom that touches, of the undeformed one; sides: the load that the sides
-    carry; compression: of the height; sway: largest shift of the bottom along x below the plate,
-    of the thickness of its most slender part; uneven: largest over mean pressure. Without contact
-    bottom is 0.
+    bottom: touching over undeformed area of the bottom (0 without contact); sides: fraction of the
+    load on the sides; compression: over the height; sway: largest shift of the bottom along x, over
+    the thickness of the most slender part; uneven: largest over mean pressure.
     """
 
     bottom: float
@@ -88,7 +87,7 @@ def posture(surface: ContactSurface, u: Array, penalty: float, slenderness: Slen
 
 
 def limit_met(found: Posture, slenderness: Slenderness) -> str:
-    """What a block in the posture `found` gives way by, in words."""
+    """The mechanical limit of a block in the posture `found`, in words."""
     if not found.bottom and not found.sides:
         return "the block has lost contact with the ice"
     ways = []
@@ -113,8 +112,9 @@ def limit_met(found: Posture, slenderness: Slenderness) -> str:
 
 
 def _side(surface: ContactSurface) -> Mask:
-    """Which facets (f, 1) are not of the bottom: steeper than STEEP in the undeformed body, so that
-    of a round edge the part next to the ice is bottom.
+    """Mask (f, 1) of side facets: steeper than STEEP in the undeformed body.
+
+    The part of a round edge next to the ice belongs to the bottom.
     """
     corners = surface.nodes[:, : 2 if surface.nodes.shape[-1] == 2 else 3]
     sides = corners[:, 1:] - corners[:, :1]

@@ -18,15 +18,14 @@ from iceslide_fem.rubber.viscoelasticity import Relaxed, Viscoelasticity, relaxi
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import MooneyRivlin
 
-NEAR_PLATE = 0.25  # of the height: what is lower does not come to lie on the plate
+NEAR_PLATE = 0.25  # of the height: rubber farther below the plate does not touch it
 
 
 class HyperelasticBody:
     """Forms of the rubber block and its displacement Function `u`.
 
-    plate: blocked dofs on the rigid plate (this rank's, ghosts included); symmetry: blocked dofs
-    that do not move in y; kinds: of this rank's own cells, as `kinds_of_cells` has them, and dx the
-    measure over the cells with these parts.
+    plate: blocked dofs on the rigid plate (this rank's, with ghosts); symmetry: blocked dofs fixed
+    in y; kinds: of this rank's cells (`kinds_of_cells`); dx: measure with these subdomains.
     """
 
     def __init__(
@@ -40,16 +39,16 @@ class HyperelasticBody:
     ) -> None:
         """Compile the forms on the mesh of `block`.
 
-        `degree` (1 or 2) and `energy` choose another element than the default; a `density` (kg/m3)
-        above zero adds inertia forces; by `relaxation` the `material`, which is instantaneous,
-        relaxes.
+        degree (1 or 2), energy: another element than the default; density: above 0 it adds inertia
+        forces, kg/m3; relaxation: viscoelasticity of the `material`, whose constants are
+        instantaneous.
         """
         self.mesh, self.material = block.mesh, material
         self.space = compat.vector_space(self.mesh, degree)
         self.u = fem.Function(self.space, name="displacement")
         self._moved = np.asarray(self.u.x.array).reshape(-1, self.mesh.geometry.dim)
         self.block = block
-        # As constants of the form, so that one compilation serves every material.
+        # Form constants: one compilation serves every material.
         constants = MooneyRivlin(
             *(
                 fem.Constant(self.mesh, PETSc.ScalarType(value))
@@ -84,7 +83,7 @@ class HyperelasticBody:
         self._tangent = compat.form(ufl.derivative(residual, self.u, trial))
         self.self_contact: SelfContact | None = None
         self.beside: PlateContact | None = None
-        self.plate_reaction = 0.0  # N, of the sides on the plate, where forces were last found
+        self.plate_reaction = 0.0  # N, of sides on the plate, at the last forces
         self.plate = self._dofs("plate")
         self.symmetry = self._dofs("symmetry") if "symmetry" in block.tags else self.plate[:0]
 
@@ -99,26 +98,25 @@ class HyperelasticBody:
         return int(self.space.dofmap.index_map.size_global * self.mesh.geometry.dim)
 
     def facets(self, name: str) -> Any:
-        """Local facet numbers with the tag `name`; none where the mesh has no such part."""
+        """Local numbers of facets with the tag `name`; empty without this tag."""
         tags = self.block.facet_tags
         if name not in self.block.tags:
             return tags.indices[:0]
         return tags.indices[tags.values == self.block.tags[name]]
 
     def enable_self_contact(self, penalty: float, friction: float = 0.0) -> None:
-        """From now on facets tagged `walls` press on those that they face: penalty, Pa/m; and they
-        slip on each other with a `friction` coefficient.
+        """Enable self-contact of facets tagged `walls`: penalty, Pa/m; friction coefficient.
 
-        What they do belongs to the internal forces, the tangent and the elastic energy. Collective.
+        It adds to the internal forces, the tangent and the elastic energy. Collective.
         """
         if "walls" in self.block.tags:
             self.self_contact = SelfContact(self.space, self.facets("walls"), penalty, friction)
 
     def enable_plate_contact(self, height: float, penalty: float) -> None:
-        """From now on sides that rise above the plate's plane press on it: penalty, Pa/m.
+        """Enable contact of sides with the plate's plane: penalty, Pa/m; height of the block, m.
 
-        `height` of the block, m. What they do belongs to the internal forces (`plate_reaction` to
-        those on the plate), the tangent and the elastic energy.
+        It adds to the internal forces, the tangent and the elastic energy. `plate_reaction` is its
+        force on the plate.
         """
         facets = np.concatenate([self.facets("sides"), self.facets("contact")])
         middles = compat.midpoints(self.mesh, facets)[:, self.mesh.geometry.dim - 1]
@@ -130,15 +128,16 @@ class HyperelasticBody:
         return compat.create_vector(self.space)
 
     def create_matrix(self, kind: str | None = None) -> PETSc.Mat:
-        """Matrix with the tangent's sparsity, of PETSc's default `kind` or another; where walls
-        meet it gets further entries.
+        """Matrix with the tangent's sparsity, of PETSc's default `kind` or another.
+
+        Self-contact may add entries later.
         """
         matrix = compat.create_matrix(self._tangent, kind)
         matrix.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, self.self_contact is None)
         return matrix
 
     def internal_forces(self, vector: PETSc.Vec) -> None:
-        """Overwrite `vector` by this rank's part of the internal forces (ghosts not summed)."""
+        """Overwrite `vector` with this rank's part of the internal forces (ghosts not summed)."""
         compat.assemble_shares(vector, self._residual)
         with vector.localForm() as local:
             forces = local.array.reshape(-1, self.mesh.geometry.dim)
@@ -150,7 +149,7 @@ class HyperelasticBody:
     def tangent(self, matrix: PETSc.Mat, walls: csr_matrix | None = None) -> None:
         """Overwrite `matrix` with the derivative of the internal forces at `u`.
 
-        walls: the stiffness of those that meet, N/m, `wall_stiffness` if it is not given.
+        walls: stiffness of self-contact, N/m; by default `wall_stiffness`.
         """
         compat.assemble_matrix(matrix, self._tangent)
         stiffness = self.wall_stiffness() if walls is None else walls
@@ -160,14 +159,16 @@ class HyperelasticBody:
             self.beside.add_tangent(self.displacements, matrix)
 
     def wall_stiffness(self) -> csr_matrix | None:
-        """What walls that meet have in the tangent at `u` (`SelfContact.stiffness`). Collective."""
+        """Part of self-contact in the tangent at `u` (`SelfContact.stiffness`). Collective."""
         return (
             None if self.self_contact is None else self.self_contact.stiffness(self.displacements)
         )
 
     def lift_slope(self, vector: PETSc.Vec) -> float:
-        """Overwrite `vector` (ghosts summed) with the derivative of the internal forces by a lift
-        of the plate's plane alone, whose nodes stay; returns that of the plate's own force, N/m.
+        """Derivative of the internal forces with a lift of the plate's plane at fixed nodes.
+
+        Overwrites `vector` with it (ghosts summed). Returns the derivative of the plate's force,
+        N/m.
         """
         own = 0.0
         with vector.localForm() as local:
@@ -187,10 +188,10 @@ class HyperelasticBody:
         self._reference.x.array[:] = reference
 
     def force_rounding(self) -> float:
-        """Norm (N) of what rounding alone may leave of the inertia forces. Collective.
+        """Norm (N) of the rounding error of the inertia forces. Collective.
 
-        They are weight * mass * (u - reference) with a weight of 1 / dt^2: at steps of picoseconds
-        the last digit of u weighs more than the elastic forces.
+        These are weight * mass * (u - reference) with a weight of 1 / dt^2. At steps of picoseconds
+        the rounding of u exceeds the elastic forces.
         """
         if not self._has_inertia:
             return 0.0
@@ -209,16 +210,13 @@ class HyperelasticBody:
     def momentum(self, velocity: Array) -> float:
         """Momentum along x, N s (N s/m in a slice), of nodal velocities; only with a density.
 
-        Of displacements it is the mass times the displacement of its centre. Collective.
+        For displacements it is the mass times the displacement of its centre. Collective.
         """
         self._velocity.x.array[:] = velocity
         return compat.assemble_scalar(self._momentum, self.mesh.comm)
 
     def elastic_energy(self, relaxed: Relaxed | None = None) -> float:
-        """Stored energy, J (J/m in a slice), on all ranks, of rubber as it has `relaxed`.
-
-        Collective.
-        """
+        """Stored energy, J (J/m in a slice); relaxed: internal variables, if any. Collective."""
         pressing = (self.self_contact, self.beside)
         pressed = sum(one.energy(self.displacements) for one in pressing if one is not None)
         if relaxed is not None and self.viscoelasticity is not None:

@@ -1,8 +1,8 @@
 """The equations of the block under its plate's force and the tractions of the ice.
 
-Unknowns are the nodal displacements and the plate's vertical displacement, which is that of all
-nodes on the plate. The last equation is that the plate carries the given force, or that it stays
-where it is. What is found at the present displacements is kept here until the next residual.
+Unknowns are the nodal displacements and the plate's vertical displacement. All nodes on the plate
+have the plate's displacement. The last equation prescribes the plate's force or its position.
+Results at the present displacements are cached until the next residual.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 from iceslide_fem.rubber.tangent import Tangent
 from iceslide_fem.runtime.arrays import Array
 
-# Tangential traction on the rubber of the contact pressure (f, q) and displacement (f, q, d-1).
+# Tangential traction on the rubber, from contact pressure (f, q) and displacement (f, q, d-1).
 TractionLaw = Callable[[Array, Array], Traction]
-# Where full steps go back and forth over what makes so few points touch or lift, the equilibrium is
-# where one hardly touches, with its shear half faded in. The step ends there, after this fraction
-# of the way on which the point touches.
+# Full steps may cycle over the touchdown of at most this many points. The equilibrium is then where
+# a point hardly touches and its shear is half faded in. The step ends there, after this fraction of
+# the way on which the point touches.
 CHATTERING, TOUCH = 3, 0.03
 
 
@@ -50,8 +50,8 @@ class LoadedBlock:
         law: TractionLaw,
         contact_tolerance: float = 0.0,
     ) -> None:
-        """The plate is held where it is without a `force`. The contact may leave the
-        `contact_tolerance` (N) in a change.
+        """force: None for a held plate; contact_tolerance: residual of the contact in a
+        change, N.
         """
         self.rubber, self._surface, self._penalty = rubber, surface, penalty
         self._tangent, self._vector = tangent, residual
@@ -61,16 +61,16 @@ class LoadedBlock:
         self._plate_residual: float | None = None
         self._contact: ContactState
         self._traction: Traction
-        self._linearised: ContactState | None = None  # where the Jacobian was made
+        self._linearised: ContactState | None = None  # state of the Jacobian
 
     @property
     def gap(self) -> Array:
-        """Of the contact points, m."""
+        """Gap of the contact points, m."""
         return self._contact.gap
 
     @property
     def stale(self) -> bool:
-        """Whether new factors would pay."""
+        """Whether a new factorisation would reduce the cost."""
         return self._tangent.stale
 
     def residual(self) -> float:
@@ -88,16 +88,16 @@ class LoadedBlock:
         return self._tangent.size(vector, self._plate_residual)
 
     def parts(self) -> tuple[Array, float | None]:
-        """The last residual: nodal forces of this rank's own dofs, and the plate's, N."""
+        """The last residual: nodal forces of this rank's dofs, and the plate's, N."""
         return self._vector.array.copy(), self._plate_residual
 
     def linearise(self) -> None:
-        """Assemble and factorise the Jacobian where the residual was last found."""
+        """Assemble and factorise the Jacobian at the last residual."""
         self._tangent.factorise(self._contact_tangent())
         self._linearised = self._contact
 
     def change(self) -> Array:
-        """Newton's change by the kept factors, with the contact as it is. Raises NotConverged."""
+        """Newton step by kept factors, with the present contact. Raises NotConverged."""
         if self._contact is not self._linearised:
             self._tangent.update_contact(self._contact_tangent())
         return self._tangent.change(self._vector, self._plate_residual, self._contact_tolerance)
@@ -107,8 +107,9 @@ class LoadedBlock:
         return self._tangent.length(change)
 
     def landings(self, before: Array, gap: Array) -> tuple[float, ...]:
-        """Fractions of the last change, from `gap` (m), with which points just touch that it makes
-        touch or lift; none unless it undoes what the change from `before` did.
+        """Fractions of the last change at which points that it makes touch or lift just touch.
+
+        gap: at its start, m. Empty unless it undoes the change that started at the gap `before`.
         """
         touches = self._contact.gap < 0.0
         chattering = (gap < 0.0) != touches
@@ -122,6 +123,6 @@ class LoadedBlock:
         return tuple(fractions) if few else ()
 
     def _contact_tangent(self) -> Array:
-        """Derivatives of the contact's forces where the residual was last found."""
+        """Derivatives of the contact forces at the last residual."""
         u = self.rubber.displacements
         return contact_tangent(self._surface, u, self._penalty, self._contact, self._traction)

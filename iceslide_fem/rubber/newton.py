@@ -1,19 +1,18 @@
 """Globalised Newton's method with a lagged Jacobian, for a contact problem.
 
-Each iteration goes along a change that is exact for the present contact, and uses the rubber's
-factors of an earlier Jacobian (`tangent`). In this order it is tried as
+Each change is exact for the present contact, and uses factors of an earlier Jacobian for the rubber
+(`tangent`). An iteration tries, in this order:
 
 1. a full step, accepted by the natural monotonicity test: the next change by the same factors is
    shorter (P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004, ch. 3);
-2. a step that ends where a point just touches, if the full one undoes what the step before did;
-3. a watchdog step: a full step that makes the next change somewhat longer leads past a kink, where
-   a point touches down or lifts off;
+2. a step to the touchdown of a point, if the full step undoes the previous one;
+3. a watchdog step: a full step with a somewhat longer next change, which may pass a kink where a
+   point touches down or lifts off;
 4. a damped step;
 5. a step by a new Jacobian from the last accepted iterate;
-6. an escape: the largest step by a new Jacobian that turns no element inside out.
+6. an escape: the largest step by a new Jacobian without inverted elements.
 
-The Jacobian is made anew, too, where the last step tells that so many more with it would not reach
-the tolerance.
+The Jacobian is also renewed if `lag` more iterations at the last rate miss the tolerance.
 """
 
 from __future__ import annotations
@@ -26,25 +25,22 @@ from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import NotConverged
 
 MAX_ITERATIONS = 60
-MOST_JACOBIANS = 8  # where that many do not help, a shorter step costs less than more of them
-# Lag of the Jacobian, in iterations, and how much longer it is for each Jacobian that a solve has
-# had, by dimension: a new one costs as much as five iterations in a slice, twenty in a block, but
-# the next steps take fewer with it, too. With a new one at every iteration slices go back and forth
-# over points that touch.
+MOST_JACOBIANS = 8  # beyond this number a shorter time step is cheaper
+# Lag of the Jacobian in iterations, and its growth with each Jacobian of a solve, by dimension. A
+# new Jacobian costs as much as five iterations in a slice and twenty in a block, but the next time
+# steps also profit. With a new one at every iteration, slices cycle over touching points.
 LAG = {2: (3, 3), 3: (7, 0)}
-# Dampings by a Jacobian of where the change starts; by one of an earlier place of the same solve.
-# A change by an earlier solve's is taken whole or not at all.
+# Dampings with a Jacobian of the present iterate, and with one of an earlier iterate of this solve.
+# With a Jacobian of an earlier solve only the full step is tried.
 DAMPINGS = tuple(0.5**n for n in range(8))
 OLDER_DAMPINGS = DAMPINGS[1:3]
-# A watchdog step may lengthen the next change by so much, or by the second where the residual
-# falls; so many with the same factors, and so many escapes in a solve.
+# Largest growth of the next change in a watchdog step, and with a falling residual; number of
+# watchdog steps with the same factors; number of escapes in a solve.
 WATCHDOG, LONG_WATCHDOG, MOST_WATCHDOGS, MOST_ESCAPES = 2.0, 30.0, 4, 4
 
 
 class Solution(NamedTuple):
-    """Iterations and Jacobians that one equilibrium took, the residual left (N), and what the plate
-    carries (N).
-    """
+    """Iterations and Jacobians of one equilibrium, final residual (N), and plate force (N)."""
 
     iterations: int
     jacobians: int
@@ -53,7 +49,7 @@ class Solution(NamedTuple):
 
 
 class Equations(Protocol):
-    """What Newton's method asks of a problem. All is collective."""
+    """The equations, as Newton's method uses them. All methods are collective."""
 
     @property
     def values(self) -> Array:
@@ -63,36 +59,39 @@ class Equations(Protocol):
         """Norm of the residual (N) at the present values."""
 
     def linearise(self) -> None:
-        """Make a new Jacobian and its factors at the present values."""
+        """Assemble and factorise a new Jacobian at the present values."""
 
     def change(self) -> Array:
-        """Newton's change by the kept factors, with the contact as it is."""
+        """Newton step by kept factors, with the present contact."""
 
     def length(self, change: Array) -> float:
         """Norm of a change, m."""
 
     @property
     def carried(self) -> float:
-        """By the plate, N, at the last residual."""
+        """Plate force at the last residual, N."""
 
     @property
     def stale(self) -> bool:
-        """Whether new factors would pay."""
+        """Whether a new factorisation would reduce the cost."""
 
     @property
     def gap(self) -> Array:
-        """Of the contact points, m."""
+        """Gap of the contact points, m."""
 
     def landings(self, before: Array, gap: Array) -> tuple[float, ...]:
-        """Fractions of the last change, from `gap`, with which a point just touches; none unless
-        it undoes the change from `before`.
+        """Fractions of the last change, from `gap`, at which a point just touches.
+
+        Empty unless it undoes the change from the gap `before`.
         """
 
 
 class Trial(NamedTuple):
-    """Where a damped change leads: whether it is accepted, the residual's norm (N), the next change
-    by the same factors (None within the tolerance) and its length over this one's; finite: the
-    first damping that turns no element inside out, if any.
+    """Result of a damped change.
+
+    It has: whether it is accepted; the residual's norm (N); the next change by the same factors
+    (None within the tolerance) and its length over this one's; finite: the first damping without
+    inverted elements, if any.
     """
 
     accepted: bool
@@ -104,25 +103,25 @@ class Trial(NamedTuple):
 
 
 class Newton:
-    """One solve of the `equations` to a `tolerance` (N); `kept`: whether there is a Jacobian."""
+    """One solve of `equations` to a `tolerance` (N); kept: whether a Jacobian exists."""
 
     def __init__(
         self, equations: Equations, tolerance: float, lag: tuple[int, int], kept: bool
     ) -> None:
-        """`lag`: of the Jacobian, and more for each that the solve has had (iterations)."""
+        """`lag`: of the Jacobian in iterations, and its growth with each Jacobian of the solve."""
         self._equations, self._tolerance, self._lag = equations, tolerance, lag
         self.kept, self.jacobians = kept, 0
         self._watchdogs = self._escapes = 0
         self._safe, self._fresh = equations.values.copy(), False
 
     def solve(self, force: float | None) -> tuple[int, float]:
-        """Iterations, and the residual left (N); `force` (N) of the plate, None if it is held.
+        """Iterations and final residual (N); force: of the plate, N, None if held.
 
-        Raises NotConverged, with the values at the last iterate.
+        Raises NotConverged; the values are then those of the last iterate.
         """
         equations, values = self._equations, self._equations.values
         size = smallest = equations.residual()
-        load = equations.carried if force is None else force  # of messages
+        load = equations.carried if force is None else force  # for messages
         change: Array | None = None
         gap = equations.gap
         for iteration in range(MAX_ITERATIONS):
@@ -158,7 +157,7 @@ class Newton:
         raise NotConverged(_stuck(smallest, load))
 
     def _trial(self, start: Array, change: Array, dampings: tuple[float, ...]) -> Trial:
-        """Go from `start` along `change` by the first damping that is accepted, or the last."""
+        """Step from `start` along `change` with the first accepted damping, or the last one."""
         equations, length, finite = self._equations, self._equations.length(change), None
         for damping in dampings:
             equations.values[:] = start + damping * change
@@ -169,13 +168,13 @@ class Newton:
                 return Trial(True, damping, size, 0.0, None, finite)
             following = equations.change()
             contraction = equations.length(following) / length if length > 0.0 else np.inf
-            accepted = contraction <= 1.0 - 0.25 * damping  # not if NaN
+            accepted = contraction <= 1.0 - 0.25 * damping  # False if NaN
             if accepted:
                 break
         return Trial(accepted, damping, size, contraction, following, finite)
 
     def _after_accepted(self, trial: Trial) -> Array | None:
-        """The next change, None where it wants a new Jacobian."""
+        """The next change; None if a new Jacobian is needed."""
         self._safe, self._fresh = self._equations.values.copy(), False
         lag = self._lag[0] + self.jacobians * self._lag[1]
         soon = trial.size * trial.contraction**lag <= self._tolerance
@@ -183,7 +182,7 @@ class Newton:
         return trial.following if self.kept else None
 
     def _go_back(self, change: Array, trial: Trial) -> None:
-        """To the last accepted iterate for a new Jacobian, or past it where that one was new."""
+        """Return to the last accepted iterate for a new Jacobian; escape if that one was new."""
         self._equations.values[:] = self._safe
         if self._fresh and trial.finite is not None:
             self._equations.values[:] += trial.finite * change
@@ -191,14 +190,14 @@ class Newton:
         self.kept = False
 
     def _kept_change(self) -> Array | None:
-        """The change by factors of an earlier solve, if there are any that give one."""
+        """The change by factors of an earlier solve; None if there are none or they fail."""
         if not self.kept:
             return None
         change = self._equations.change()
         return change if 0.0 < self._equations.length(change) < np.inf else None
 
     def _new_change(self, size: float) -> Array:
-        """The change by a new Jacobian, where the residual has this `size` (N)."""
+        """The change by a new Jacobian at a residual of `size` (N)."""
         if not np.isfinite(size):
             raise NotConverged("elements of the rubber are inverted")
         self.kept = False
@@ -213,7 +212,7 @@ class Newton:
 
 
 def _stuck(residual: float, force: float) -> str:
-    """Why there is no equilibrium, from the smallest residual (N) on the way to `force` (N)."""
+    """Why there is no equilibrium; residual: smallest one (N); force: plate force (N)."""
     if not residual < force:
         return "elements of the rubber turn inside out on the way to it"
     return f"Newton's method leaves {residual / force:.1g} of the load unbalanced"

@@ -1,9 +1,9 @@
-"""What bulges beside the plate lies on it: penalty contact with the plate's plane, frictionless.
+"""Frictionless penalty contact of bulging sides with the plate's plane.
 
-The plate reaches beyond the block. A point of the sides that has risen above the plate's plane by
-the gap g = z - (H + w), w the plate's displacement upwards, stores eps/2 g^2 per undeformed area;
-forces and tangent are the derivatives of that energy by the nodes and by w. Without this, rubber
-would go past the corner at the plate, and the elements there turn inside out.
+The plate extends beyond the block. A side point above the plate's plane has the penetration g = z -
+(H + w), with the plate's upward displacement w, and stores eps/2 g^2 per undeformed area. Forces
+and tangent are the derivatives of this energy with the nodes and with w. Without this contact
+rubber would pass the corner at the plate, and elements there would invert.
 """
 
 from __future__ import annotations
@@ -17,12 +17,14 @@ from iceslide_fem.rubber.contact_surface import contact_surface
 from iceslide_fem.runtime.arrays import Array, Index
 
 DEGREE, PIECES = 5, 2
-BULGE = 0.5  # of a facet's rise: none lies that far above its highest node
+BULGE = 0.5  # of a facet's rise: no point lies farther above its highest node
 
 
 class Lying(NamedTuple):
-    """Facets (n,) near the plate's plane, with n > 0: of points above it the weights (m2; m in a
-    slice) times shape functions (n, q, a), and how far they are above it (n, q), m; else 0.
+    """Facets (n,), n > 0, near the plate's plane, with data of points above it (else 0).
+
+    The data are weights (m2; m in a slice) times shape functions (n, q, a), and heights above the
+    plane (n, q), m.
     """
 
     facets: Index
@@ -31,7 +33,7 @@ class Lying(NamedTuple):
 
 
 class PlateContact:
-    """Sides that may come to lie on the plate."""
+    """Contact of the block's sides with the plate."""
 
     def __init__(self, space: Any, facets: Any, plate: Any, height: float, penalty: float) -> None:
         """Exterior `facets` (local numbers) of a vector Lagrange space; `plate`: blocked dofs on
@@ -52,8 +54,9 @@ class PlateContact:
         return self._sum(0.5 * self._penalty * squares)
 
     def add_forces(self, u: Array, vector: Array) -> float:
-        """Add the derivative of the energy by the nodes to `vector` (blocked dofs, d), this rank's
-        parts; returns the force (N) that presses on the plate from below. Collective.
+        """Add this rank's forces, the energy's derivative with the nodes, to `vector`.
+
+        vector: (blocked dofs, d). Returns the force (N) on the plate from below. Collective.
         """
         lying, force = self._lying(u), 0.0
         if lying is not None:
@@ -75,8 +78,10 @@ class PlateContact:
         matrix.assemble()
 
     def add_lift(self, u: Array, vector: Array) -> float:
-        """Add the derivative of the nodes' forces by the plate's displacement upwards to `vector`
-        (blocked dofs, d), this rank's part; returns that of the plate's own force, N/m.
+        """Add the derivative of nodal forces with the plate's upward displacement to `vector`.
+
+        vector: (blocked dofs, d), this rank's part. Returns the derivative of the plate's force,
+        N/m.
         """
         lying, covered = self._lying(u), 0.0
         if lying is not None:
@@ -86,7 +91,7 @@ class PlateContact:
         return self._sum(self._penalty * covered)
 
     def _lying(self, u: Array) -> Lying | None:
-        """The points that have risen above the plate's plane; None of this rank. Collective."""
+        """Points above the plate's plane; None if this rank has none. Collective."""
         level = self._height + lift_of(self._plate, u, self._comm)
         z = self._surface.nodes[..., -1] + u[:, -1][self._surface.dofs]
         highest, lowest = z.max(axis=1), z.min(axis=1)
@@ -103,7 +108,7 @@ class PlateContact:
 
 
 def lift_of(plate: Any, u: Array, comm: MPI.Comm) -> float:
-    """Upward displacement (m) of the `plate`'s blocked dofs, of all `u` (blocked dofs, d).
+    """Upward displacement (m) of the `plate`'s blocked dofs in `u` (blocked dofs, d).
     Collective.
     """
     own = float(u[plate[0], -1]) if plate.size else -np.inf

@@ -1,10 +1,10 @@
-"""From the undeformed block to the one that slides: press it, and bring it to speed.
+"""From the undeformed block to the sliding block: press it, and bring it to speed.
 
-In `press` the plate's force grows from nothing under static friction; in `start_sliding` static
-friction gives way to the film's shear at its initial height while the speed grows. Both are
-continuations along a path parameter from 0 to 1 with a secant predictor, whose steps are halved
-where Newton fails. Where the press finds no more load, the plate is lowered instead: past a largest
-load the block yields, and stops only where it carries the whole of it.
+In `press` the plate's force grows from zero under static friction. In `start_sliding` the film's
+shear at its initial height replaces static friction while the speed grows. Both are continuations
+along a path parameter from 0 to 1 with a secant predictor; a step is halved if Newton fails. If the
+press finds no larger load, the plate is lowered instead: beyond a limit load the block yields,
+until it carries the whole load again.
 """
 
 from __future__ import annotations
@@ -22,20 +22,20 @@ from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import NotConverged, SimulationStopped
 from iceslide_fem.scene.materials import BAR
 
-# The first load, as a strain, and how far the first solve goes on the way to the sliding speed:
-# less makes more solves, more fails or takes many tangents where sharp edges fold.
+# The first load, as a strain, and the first path parameter towards the sliding speed. Smaller
+# values need more solves; larger ones fail or need many tangents where sharp edges fold.
 FIRST_STRAIN = 0.075
 FIRST_RAMP = 0.65
 SMALLEST_PATH_STEP = 1e-3
 EASY_ITERATIONS = 6
-# Steps of a plate that is lowered, of the height; and the fraction of the largest load found at
-# which it has fallen for good, or the depth, or the number of trials.
+# A lowered plate: step over the height; end at this fraction of the largest load, at this depth, or
+# after this number of trials.
 FIRST_LOWERING, LARGEST_LOWERING, SMALLEST_LOWERING = 2e-3, 2e-2, 2e-5
 FALLEN, DEEPEST, LOWERINGS = 0.98, 0.5, 40
 
 
 class PathPoint(NamedTuple):
-    """An equilibrium on the way to sliding: phase, fraction of the load and of the speed."""
+    """An equilibrium on the path to sliding: phase, fraction of the load and of the speed."""
 
     phase: str
     load: float
@@ -44,9 +44,9 @@ class PathPoint(NamedTuple):
     solution: Solution
 
 
-# What is told, before each solve on the way, where it stands; it may raise.
+# Called before each solve on the path with its point; it may raise.
 Before = Callable[[str], None]
-# What is done where a path ends before 1: given where, and why; it raises, or reaches 1 itself.
+# Called if a path ends before 1, with place and reason; it raises, or reaches 1 itself.
 Lost = Callable[[str, NotConverged], None]
 
 
@@ -56,16 +56,16 @@ def press(
     law: TractionLaw | None = None,
     before: Before = lambda where: None,
 ) -> None:
-    """Press the block on the ice under static friction or another `law`, up to the nominal force.
+    """Press the block on the ice up to the nominal force, under static friction or a `law`.
 
-    Raises SimulationStopped where no equilibrium is found, with the largest load that was, and what
-    `before` raises.
+    Raises SimulationStopped with the largest load found if there is no equilibrium, and the errors
+    of `before`.
     """
     law = law or block.static
     scene, u = block.scene, block.rubber.displacements
     strain = scene.load.pressures.first / scene.mooney_rivlin.youngs_modulus
     first = min(1.0, FIRST_STRAIN / strain)
-    # Contact must carry the first load, or the plate is free to move.
+    # Contact must carry the first load; otherwise the plate could move freely.
     u[:, -1] -= first * scene.load.pressures.first / block.equilibrium.penalty
 
     def found(solution: Solution) -> Solution:
@@ -96,9 +96,9 @@ def start_sliding(
     observe: Callable[[PathPoint], None],
     before: Before = lambda where: None,
 ) -> None:
-    """Bring the pressed block to its speed: static friction gives way to the film at h0.
+    """Bring the pressed block to speed: the film at h0 replaces static friction.
 
-    Raises SimulationStopped where no equilibrium is found, and what `before` raises.
+    Raises SimulationStopped if there is no equilibrium, and the errors of `before`.
     """
     scene = block.scene
     sheared = block.law.at_start(scene.initial_height, block.surface.n_points)
@@ -162,7 +162,7 @@ def _follow(
                 return lost(where(path), reason)
             continue
         block.set_stick_points(block.stick_points_after()[0])
-        # A first point is far from the start, which was a guess: no secant through it.
+        # The start is a guess far from the first point: no secant through it.
         last = (done, start) if done > 0.0 else None
         done = path
         if solution.iterations <= EASY_ITERATIONS:
@@ -177,8 +177,8 @@ def _lower(
 ) -> tuple[float, float, bool]:
     """Lower the plate from the present equilibrium until it carries the whole load, or much less.
 
-    Returns the largest fraction of the load found, mu there, and whether it falls beyond. Where all
-    of it is carried, the block is in equilibrium under it.
+    Returns the largest fraction of the load, mu there, and whether the load falls beyond it. At the
+    whole load the block is in equilibrium.
     """
     values, height = block.rubber.u.x.array, block.height
     step, depth = FIRST_LOWERING * height, block.equilibrium.plate_displacement()

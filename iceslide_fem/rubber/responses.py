@@ -1,16 +1,16 @@
-"""What kept factors answer to loads on the contact, and what a changed contact makes of it.
+"""Exact contact changes in a solve with old factors, by recycled responses.
 
-With factors M of an earlier tangent and the difference D of the present contact to theirs, whose
-loads w act on the nodes of the contact alone,
+Let M be the factorised earlier tangent, and D the difference of the present contact to that in M.
+The loads w of D act on contact nodes only:
 
     (M + D) x = b,    x = M^-1 (b - w),    w = D x:    (1 + D M^-1) w = D M^-1 b.
 
-M^-1 of a load is kept as long as the factors are. w is sought among the loads that have been met
-already, so that (1 + D M^-1) w is as near as can be; then a solve is made for what is left, and so
-on (GMRES with a recycled space: Parks et al., SIAM J. Sci. Comput. 28 (2006) 1651). Factors that
-answer several loads in little more time than one are given what is left in parts: points touch and
-lift along lines across the sliding direction, and what a line does alone serves for more than what
-all do at once.
+Solutions M^-1 w are kept as long as the factors. w is first approximated by the kept loads, with
+the least residual. A new solve treats the residual as the next load, and so on (GMRES with a
+recycled space: Parks et al., SIAM J. Sci. Comput. 28 (2006) 1651). Factors that solve for several
+loads in little more time than for one get the residual in parts. Points touch and lift along lines
+across the sliding direction, and the response to a single line is more reusable than that to all at
+once.
 """
 
 from __future__ import annotations
@@ -24,33 +24,33 @@ from scipy.sparse import csr_matrix
 from iceslide_fem.rubber.contact_nodes import ContactNodes
 from iceslide_fem.runtime.arrays import Array
 
-# So many solves for one change at most; and so many answers are kept before factors are made anew.
+# Largest number of solves for one change, and of kept responses before a new factorisation.
 MOST_SOLVES, MOST_KEPT = 20, 200
-# Images of kept loads that are, to this fraction of the largest, combinations of others are none.
+# Images of kept loads are dropped if they are linear combinations of others to this tolerance.
 DEPENDENT = 1e-6
-# What a solve leaves is the next load, unless it has left more than this fraction of what was
-# there.
+# The residual of a solve is the next load. If it is more than this fraction of the one before, the
+# latest image is the next load instead.
 ENOUGH = 0.8
-# What it costs to answer the parts of a load at once, in solves for one.
+# Cost of solving for the parts of a load at once, in single solves.
 PARTS_COST = 1.5
 
-# The changes of this rank's dofs, ghosts included, (k, dofs), that answer loads (k, n) on the
-# contact. Collective.
+# Function from contact loads (k, n) to changes of this rank's dofs with ghosts (k, dofs).
+# Collective.
 Answered = Callable[[Array], Array]
 
 
 class Responses:
-    """Answers of factors to loads on the `nodes` of the contact: kept until they are cleared.
+    """Responses of the factors to loads on contact `nodes`, kept until they are cleared.
 
-    stale: whether the last change took more solves than those since the factors did on the average,
-    the factors' own cost included: then new ones are worth their while.
+    stale: whether new factors would reduce the cost. They do if the last change took more solves
+    than the average since the factorisation, with the cost of the factorisation.
     """
 
     def __init__(self, nodes: ContactNodes, cost: float, many: bool = False) -> None:
-        """`cost` of new factors, in solves with them; whether they answer `many` loads at once."""
+        """cost: of new factors, in solves; many: whether they solve for many loads at once."""
         self._nodes, self._cost, self._many = nodes, cost, many
-        # Loads (k, n), N, the changes of this rank's dofs that answer them (k, dofs), m, and those
-        # at the facets (k, f, a d), m: there is room for more than the `_recycled`.
+        # Loads (k, n), N, changes of this rank's dofs (k, dofs), m, and changes at the facets (k,
+        # f, a d), m. The arrays have more room than the `_recycled` rows.
         self._loads: Array = np.zeros((0, nodes.n_loads))
         self._answers: Array = np.zeros((0, 0))
         self._moved: Array = np.zeros((0, 0, 0))
@@ -58,18 +58,20 @@ class Responses:
         self._differing: NDArray[np.intp] = np.zeros(0, dtype=np.intp)  # facets
         self._difference: Array = np.zeros(0)
         self._between: csr_matrix | None = None
-        self._acting = np.array([nodes.n_loads - 1])  # places of loads
-        self._sum = nodes.summing(self._differing, self._acting)  # of the forces on them
+        self._acting = np.array([nodes.n_loads - 1])  # indices of loads
+        self._sum = nodes.summing(self._differing, self._acting)  # from facet forces to loads
         self._resultant = nodes.resultant(self._acting)
 
     def clear(self) -> None:
-        """There are new factors."""
+        """Drop all responses, after a new factorisation."""
         self._recycled = 0
         self._spent, self._changes, self.stale = self._cost, 0, False
 
     def differ(self, difference: Array, walls: csr_matrix | None = None) -> None:
-        """The contact of the factors less the present one, as a tangent (f, a d, a d), N/m, and the
-        stiffness of the `walls` now less that of the factors. Collective.
+        """Set the difference of the contact tangent to that in the factors. Collective.
+
+        difference: of the contact in the factors to the present one, (f, a d, a d), N/m; walls:
+        difference of the present stiffness of self-contact to that in the factors.
         """
         between = None if walls is None else self._nodes.between_walls(walls)
         self._differing = np.flatnonzero(difference.any(axis=(1, 2)))
@@ -81,9 +83,11 @@ class Responses:
         self._resultant = self._nodes.resultant(self._acting)
 
     def correction(self, answer: Array, limit: float, answered: Answered) -> Array:
-        """What to subtract of the factors' `answer` to some load, leaving at most `limit` (N).
+        """Correction to subtract from the factors' `answer`, with a residual of at most `limit`
+        (N).
 
-        `answered` solves with the factors. What is left counts with its resultant. Collective.
+        answered: solves with the factors. The norm of the residual includes its resultant.
+        Collective.
         """
         moved = self._nodes.at_facets(answer)
         left = self._weighed(self._differing_loads(answer[None], moved[None]))[:, 0]
@@ -126,7 +130,7 @@ class Responses:
         )
 
     def _keep(self, load: Array, answer: Array) -> None:
-        """Keep a load and the change that answers it."""
+        """Keep a load and its response."""
         moved = self._nodes.at_facets(answer)
         if self._recycled == len(self._loads) or self._answers.shape[1:] != answer.shape:
             self._loads, self._answers, self._moved = (
@@ -142,8 +146,7 @@ class Responses:
         self._recycled += 1
 
     def _images(self, first: int) -> Array:
-        """(1 + D M^-1) w of the kept loads w from the `first` on, weighed, (a + d, k), N.
-
+        """Weighted images (1 + D M^-1) w of kept loads w from the `first` on, (a + d, k), N.
         Collective.
         """
         kept = slice(first, self._recycled)
@@ -154,7 +157,7 @@ class Responses:
         return self._weighed(images)
 
     def _weighed(self, loads: Array) -> Array:
-        """Loads (a, k) with their resultants behind them: what is left is made small in both."""
+        """Loads (a, k) with their resultants appended, so the residual is minimised in both."""
         return np.concatenate([loads, self._resultant @ loads])
 
     def _differing_loads(self, answers: Array, moved: Array) -> Array:
@@ -167,7 +170,7 @@ class Responses:
 
 
 def _with_room(kept: Array, one: Array, count: int) -> Array:
-    """The first `count` of what is `kept`, (n, ...), and as much room again for more like `one`."""
+    """The first `count` rows of `kept` (n, ...), in an array of twice the size for more rows."""
     more: Array = np.empty((max(2 * count, 32), *one.shape))
     if count:
         more[:count] = kept[:count]
@@ -175,9 +178,9 @@ def _with_room(kept: Array, one: Array, count: int) -> Array:
 
 
 def _less(columns: Array, images: Array, parts: Array) -> tuple[Array, Array]:
-    """`columns` (n, ...) less what of them `images` (n, k) can be, whose `parts` (k, r) make them
-    orthonormal, and the coefficients (k, ...) of the images in that. Done once more against
-    rounding.
+    """`columns` (n, ...) minus their projection on `images` (n, k), and its coefficients (k, ...).
+
+    parts (k, r) orthonormalise the images. The projection is repeated once against rounding.
     """
     coefficients = np.zeros((images.shape[1], *columns.shape[1:]))
     for _ in range(2):
@@ -187,7 +190,7 @@ def _less(columns: Array, images: Array, parts: Array) -> tuple[Array, Array]:
 
 
 def _orthonormal(columns: Array) -> Array:
-    """Parts (k, r) of the `columns` (n, k) with which their combinations are orthonormal."""
+    """Coefficients (k, r) that make the `columns` (n, k) orthonormal."""
     squares, vectors = np.linalg.eigh(columns.T @ columns)
     good = squares > DEPENDENT**2 * squares.max(initial=0.0)
     return np.asarray(vectors[:, good] / np.sqrt(squares[good]))

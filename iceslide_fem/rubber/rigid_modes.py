@@ -1,4 +1,4 @@
-"""Translations and rotations of the rubber: what algebraic multigrid has to keep on its grids."""
+"""Translations and rotations of the rubber: the near null space for algebraic multigrid."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""Walls that meet: penalty contact between the facing walls of sipes and grooves, with friction.
+"""Self-contact: penalty contact with friction between facing walls of sipes and grooves.
 
-Every point x of a wall that has gone through a facing wall by the distance e = |r|, r = x - y with
-the wall's nearest point y, stores the energy eps / 4 e^2 per undeformed area. Each wall is taken
-for the one that presses and for the one that is pressed (two half passes, R. A. Sauer and L. De
-Lorenzis, Int. J. Numer. Meth. Engng 101 (2015) 251), so the pressure between them is eps e.
+A point x that penetrates a facing wall by the distance e = |r|, r = x - y with the wall's nearest
+point y, stores the energy eps / 4 e^2 per undeformed area. Each wall is once the slave and once the
+master (two half passes, R. A. Sauer and L. De Lorenzis, Int. J. Numer. Meth. Engng 101 (2015) 251),
+so the pressure between them is eps e.
 
 Forces and tangent are the derivatives of that energy. With r = B u + const, B of the point's and
 the nearest point's shape functions, and y found from t_a . r = 0 (its tangents t_a),
@@ -13,10 +13,10 @@ the nearest point's shape functions, and y found from t_a . r = 0 (its tangents 
 
 (`self_contact_stiffness`), without the second part where y lies on a facet's rim. Friction
 (`self_contact_friction`) adds half its traction to the point's force, and the opposite one to its
-stick point. Walls are small: every rank knows all of them, computes all that they do to each other,
-and keeps what acts on its own nodes.
+stick point. Walls are small, so every rank holds all of them and computes all of their contact. It
+keeps the forces on its own nodes.
 
-Shapes: F facets, q points each, a nodes, d components; P points that press (`facing`).
+Shapes: F facets, q points each, a nodes, d components; P points in contact (`facing`).
 """
 
 from __future__ import annotations
@@ -45,18 +45,18 @@ from iceslide_fem.rubber.self_contact_stiffness import (
 )
 from iceslide_fem.runtime.arrays import Array, Index
 
-DEGREE = 5  # of the points on a facet
+DEGREE = 5  # of the quadrature on a facet
 
 
 class SelfContact:
     """All walls of a body that may meet, known to every rank.
 
-    dofs: of the nodes of this rank's own facets (blocked, local); unknowns: global numbers of all
-    walls' displacements, one after the other, of which this rank has `own` (a mask); they are those
-    of its vectors, which begin at `unknowns_before`.
+    dofs: of the nodes of this rank's facets (blocked, local); unknowns: global numbers of the
+    displacements of all walls; own: mask of this rank's unknowns, whose numbers begin at
+    `unknowns_before`.
 
-    stick_points: those of the last accepted equilibrium, None without friction; whoever
-    accepts one sets it to what `followed` gives.
+    stick_points: those of the last accepted equilibrium, None without friction. After acceptance
+    the caller sets them to the result of `followed`.
     """
 
     def __init__(self, space: Any, facets: Any, penalty: float, friction: float = 0.0) -> None:
@@ -111,8 +111,9 @@ class SelfContact:
         return len(self._dofs)
 
     def energy(self, u: Array) -> float:
-        """Energy (J; J/m in a slice) of what presses at displacements `u` (blocked dofs, d), and of
-        the springs of friction. Collective.
+        """Energy (J; J/m in a slice) of penetration and friction springs at `u`. Collective.
+
+        u: displacements (blocked dofs, d).
         """
         positions = self.deformed(u)
         found = self.pressing_at(positions)
@@ -125,8 +126,9 @@ class SelfContact:
         return float(energy)
 
     def add_forces(self, u: Array, vector: Array) -> None:
-        """Add what walls do to this rank's own nodes to the internal forces `vector` (blocked dofs,
-        d): without friction the derivative of the energy. Collective.
+        """Add the contact forces on this rank's nodes to `vector` (blocked dofs, d). Collective.
+
+        Without friction they are the derivative of the energy.
         """
         positions = self.deformed(u)
         found = self.pressing_at(positions)
@@ -152,9 +154,7 @@ class SelfContact:
         matrix.assemble()
 
     def stiffness(self, u: Array) -> csr_matrix:
-        """The derivative of the forces by the positions of the walls' nodes, the same on all ranks:
-        by the `unknowns`, N/m. Collective.
-        """
+        """Derivative of the forces with the `unknowns`, N/m, equal on all ranks. Collective."""
         positions = self.deformed(u)
         found = self.pressing_at(positions)
         facets, own = [found.point[0], found.facet], self._facets.shape[found.point]
@@ -172,10 +172,10 @@ class SelfContact:
         return coo_matrix((values, (rows, columns)), shape=(size, size)).tocsr()
 
     def followed(self, u: Array) -> tuple[StickPoints | None, float]:
-        """The stick points if `u` is accepted, and the heat (J; J/m) of the slip:
-        the mean of mu p at both ends times the distance that stick points move.
+        """Stick points if `u` is accepted, and the heat (J; J/m) of the slip. Collective.
 
-        Nothing and none without friction. Collective.
+        The heat is the mean of mu p at both ends times the distance that stick points move. Without
+        friction the result is None and 0.
         """
         if self.stick_points is None:
             return None, 0.0
@@ -209,18 +209,18 @@ class SelfContact:
         return stick_points, heat
 
     def smallest_opening(self, u: Array) -> float:
-        """Smallest distance of a point of a wall from a facing one, m; below 0 where they press.
+        """Smallest distance of a wall point from a facing wall, m. Collective.
 
-        Infinite where nothing faces anything. Collective.
+        Negative for penetration, infinite without facing walls.
         """
         positions = self.deformed(u)
         found = self._facing.nearest(positions, self._points(positions), everywhere=True)
         return float(found.opening.min(initial=np.inf))
 
     def pressure(self, u: Array) -> tuple[Array, Array]:
-        """Positions (n, d), m, of the points that press, and the pressures there (n,), Pa.
+        """Positions (n, d), m, of points in contact, and their pressures (n,), Pa. Collective.
 
-        Per undeformed area; each wall has its own points. Collective.
+        Pressures are per undeformed area. Each wall has its own points.
         """
         positions = self.deformed(u)
         found = self.pressing_at(positions)
@@ -228,12 +228,14 @@ class SelfContact:
 
     @property
     def points(self) -> Array:
-        """Undeformed positions (n, d) of the points of this rank's own facets, m."""
+        """Undeformed positions (n, d) of the points of this rank's facets, m."""
         return (self.own_facets.shape @ self.own_facets.nodes).reshape(-1, self._dim)
 
     def saved(self, stick_points: StickPoints) -> dict[str, Array]:
-        """Of this rank's own `points`, without numbers of facets: the undeformed positions (d, n)
-        of their anchors, m; which there are (n,), 1 or 0; and bounds (n,), Pa.
+        """Stick points of this rank's `points`, independent of facet numbers.
+
+        They are: undeformed positions of the anchors (d, n), m; whether there is one (n,), 1 or 0;
+        bounds (n,), Pa.
         """
         shape, _, _ = self._facets.tabulate(stick_points.place.reshape(-1, self._dim - 1))
         nodes = self._facets.nodes[stick_points.facet.ravel()]
@@ -248,7 +250,7 @@ class SelfContact:
         }
 
     def restored(self, saved: Mapping[str, Array]) -> StickPoints:
-        """The stick points of which `saved` gave this rank's part. Collective."""
+        """Stick points from this rank's part of `saved`. Collective."""
         own = self.own_facets.shape.shape[:2]
         anchors = self._gather(saved["anchor"].T.reshape(*own, self._dim))
         sticking = self._gather(saved["gripped"].reshape(own)) > 0.0
@@ -273,8 +275,8 @@ class SelfContact:
         return np.asarray(self._facets.shape @ positions)
 
     def pressing_at(self, positions: Array) -> Pressing:
-        """The points that are in a facing wall."""
-        if not np.array_equal(positions, self._found[0]):  # forces and tangent ask for the same
+        """Points that penetrate a facing wall."""
+        if not np.array_equal(positions, self._found[0]):  # cached for the tangent
             self._found = positions, self._inside(positions)
         return self._found[1]
 
@@ -283,11 +285,11 @@ class SelfContact:
         return found.chosen(found.opening < 0.0)
 
     def _pressure(self, found: Pressing) -> Array:
-        """Of points that press (P,), Pa."""
+        """Pressure of points in contact (P,), Pa."""
         return np.asarray(self.penalty * np.linalg.norm(found.apart, axis=1))
 
     def sticking_at(self, found: Pressing, positions: Array) -> Sticking | None:
-        """Those of the points that press that have an anchor; None without friction."""
+        """Points in contact that have an anchor; None without friction."""
         if self.stick_points is None:
             return None
         found = found.chosen(self.stick_points.facet[found.point] >= 0)
@@ -300,8 +302,10 @@ class SelfContact:
     def _add(
         self, vector: Array, found: Pressing, traction: Array, facet: Index, shape: Array
     ) -> None:
-        """Add to the forces of own nodes half of a traction (P, d), Pa, on the points found, and
-        its opposite on points of facets with such shape functions.
+        """Add half of a traction (P, d), Pa, to the nodal forces, and its opposite to the other
+        side.
+
+        The other side is given by its facets and shape functions.
         """
         pull = self.half_area[found.point][:, None] * traction
         for dofs, by_node in (
@@ -313,7 +317,7 @@ class SelfContact:
             np.add.at(vector, dofs[own] - self._first, forces[own])
 
     def _entries(self, facets: Sequence[Index], blocks: Array) -> tuple[Array, Index, Index]:
-        """Values, rows and columns of blocks (P, m d, m d) of the nodes of such facets (P,)."""
+        """Values, rows and columns of blocks (P, m d, m d) for the nodes of `facets` (P,)."""
         numbers = np.concatenate([self._numbers[facet] for facet in facets], axis=1)
         unknowns = (numbers[:, :, None] * self._dim + np.arange(self._dim)).reshape(
             len(numbers), numbers.shape[1] * self._dim

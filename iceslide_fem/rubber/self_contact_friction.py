@@ -1,4 +1,4 @@
-"""Friction of walls that press on each other: Coulomb's law with the points where they stuck.
+"""Friction of self-contact: Coulomb's law with stick points.
 
 A point x that presses with p is tied to a material point y of the facing wall, its anchor, by a
 spring of the walls' penalty eps along that wall's tangents there. With the projector P on them,
@@ -7,9 +7,9 @@ spring of the walls' penalty eps along that wall's tangents there. With the proj
                       tau = mu p s / |s|    elsewhere (it slips)
 
 (the radial return of elastoplastic friction: P. Wriggers, Computational Contact Mechanics, 2nd ed.,
-Springer 2006, sec. 10.5). Anchors are of the last accepted equilibrium and stay while the next one
-is sought. Then those of points that have slipped follow, so that eps |s| = mu p; points that
-have touched down get theirs where they are, without traction; who lifts off loses it.
+Springer 2006, sec. 10.5). Anchors are those of the last accepted equilibrium, and fixed during the
+next solve. After it, anchors of slipping points follow, so that eps |s| = mu p. A point that
+touches down gets an anchor at its place, without traction. A point that lifts off loses its anchor.
 
 Shapes: P points, a nodes of a facet, d components, s = d - 1 tangents.
 """
@@ -27,8 +27,8 @@ from iceslide_fem.runtime.arrays import Array, Index
 class StickPoints(NamedTuple):
     """Stick points of the points (F, q) of all walls, the same on all ranks.
 
-    facet: on which their anchors lie, -1 without one; place (F, q, s): where on it; bound: mu p
-    when they were set, Pa.
+    facet: of the anchor, -1 without one; place (F, q, s): reference coordinates of the anchor;
+    bound: mu p when it was set, Pa.
     """
 
     facet: Index
@@ -54,14 +54,16 @@ class Stretch(NamedTuple):
 
 
 def no_stick_points(points: tuple[int, ...], sides: int) -> StickPoints:
-    """Of walls that have not touched, with so many facets and `points` on each."""
+    """Stick points of untouched walls; points: number of facets and of points on each."""
     none = np.full(points, -1, dtype=np.intp)
     return StickPoints(none, np.zeros((*points, sides)), np.zeros(points))
 
 
 def stretch(x: Array, nodes: Array, shape: Array, slopes: Array) -> Stretch:
-    """Springs of points `x` (P, d) to anchors with `shape` and `slopes` on facets of which the
-    deformed `nodes` (P, a, d) are known, m.
+    """Springs from points `x` (P, d), m, to anchors.
+
+    shape, slopes: shape functions at the anchors; nodes: deformed, of the anchors' facets (P, a,
+    d), m.
     """
     apart = x - np.einsum("pa,pad->pd", shape, nodes)
     tangents = slopes @ nodes
@@ -73,19 +75,19 @@ def stretch(x: Array, nodes: Array, shape: Array, slopes: Array) -> Stretch:
 
 
 def tractions(along: Array, bound: Array, penalty: float) -> Array:
-    """tau (P, d), Pa, of springs drawn `along` (P, d), m, under bounds mu p (P,), Pa."""
+    """tau (P, d), Pa, of springs with stretch `along` (P, d), m, and bounds mu p (P,), Pa."""
     drawn = penalty * np.linalg.norm(along, axis=1)
     fraction = np.divide(bound, drawn, out=np.ones_like(drawn), where=drawn > bound)
     return np.asarray((fraction * penalty)[:, None] * along)
 
 
 def slip(along: Array, bound: Array, penalty: float) -> Array:
-    """How far anchors follow (P,), m."""
+    """Slip of the anchors (P,), m."""
     return np.maximum(np.linalg.norm(along, axis=1) - bound / penalty, 0.0)
 
 
 def slopes_of_tractions(springs: Stretch, bound: Array, penalty: float) -> tuple[Array, Array]:
-    """Derivatives of `tractions`: by `along` (P, d, d), Pa/m, and by the bound (P, d)."""
+    """Derivatives of `tractions`: with `along` (P, d, d), Pa/m, and with the bound (P, d)."""
     length = np.linalg.norm(springs.along, axis=1)
     slips = penalty * length > bound
     safe = np.where(slips, length, 1.0)

@@ -1,4 +1,4 @@
-"""Stiffness of walls that press on each other and stick: of each point, by the nodes of its facets.
+"""Stiffness of self-contact and its friction, per point, with the nodes of its facets.
 
 Formulas and shapes are those of `self_contact`.
 """
@@ -15,8 +15,8 @@ from iceslide_fem.runtime.arrays import Array, Index
 
 
 class Sticking(NamedTuple):
-    """Points that press and have an anchor: how they press, the facets of their anchors (P,), the
-    springs, and the bounds mu p (P,), Pa.
+    """Points in contact with an anchor: contact, anchor facets (P,), springs, bounds mu p
+    (P,), Pa.
     """
 
     pressing: Pressing
@@ -26,8 +26,9 @@ class Sticking(NamedTuple):
 
 
 def pressing_stiffness(found: Pressing, own: Array, nodes: Array) -> Array:
-    """Second derivatives of r . r / 2 of each point by the nodes of its own and the facing facet,
-    (P, 2 a d, 2 a d).
+    """Second derivatives of r . r / 2 of each point, (P, 2 a d, 2 a d).
+
+    They are with the nodes of the point's facet and of the facing facet.
 
     own: the point's shape functions (P, a); nodes (P, a, d): of the facing facets, m.
     """
@@ -48,15 +49,16 @@ def pressing_stiffness(found: Pressing, own: Array, nodes: Array) -> Array:
 
 
 def friction_stiffness(sticking: Sticking, own: Array, penalty: float, friction: float) -> Array:
-    """Derivatives of each point's friction traction on nodes of its own, the facing and the
-    anchor's facet by their positions, (P, 3 a d, 3 a d), Pa/m.
+    """Derivatives of each point's friction traction with nodal positions, (P, 3 a d, 3 a d), Pa/m.
+
+    Nodes are those of the point's, the facing and the anchor's facet.
 
     own: the point's shape functions (P, a); penalty, Pa/m; friction coefficient.
     """
     found, springs = sticking.pressing, sticking.springs
     dim = found.apart.shape[-1]
     none = np.zeros_like(own)
-    held = np.concatenate([own, none, -springs.shape], axis=1)  # whom the traction acts on
+    held = np.concatenate([own, none, -springs.shape], axis=1)  # nodes on which the traction acts
     by_point, by_anchor = slopes_of_along(springs)
     by_own = np.einsum("pij,pa->piaj", by_point, own)
     along = np.concatenate([by_own, np.zeros_like(by_own), by_anchor], axis=2)

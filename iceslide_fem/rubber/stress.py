@@ -1,7 +1,7 @@
-"""Stress and stored energy in the block, from its displacements: at points of its cells, at nodes.
+"""Stress and stored energy in the block, from its displacements, at points and at nodes.
 
-Evaluated by NumPy with the elements' tables, like the contact: nothing has to be compiled.
-Shapes: c cells, q points in each, a nodes of each, k vertices of each, d = 2 or 3 components.
+They are evaluated in NumPy with tables of the element, so no form has to be compiled. Shapes: c
+cells, q points in each, a nodes of each, k vertices of each, d = 2 or 3 components.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from iceslide_fem.scene.materials import MooneyRivlin
 
 
 class Deformation(NamedTuple):
-    """Deformation gradients as the law takes them: J (...), bbar = J^(-2/3) F F^T (..., 3, 3), its
-    square, and the traces of both.
+    """Deformation measures of the law: J (...), bbar = J^(-2/3) F F^T (..., 3, 3), bbar^2,
+    traces.
     """
 
     J: Array
@@ -33,7 +33,7 @@ class Deformation(NamedTuple):
 
     @classmethod
     def of(cls, F: Array) -> Deformation:
-        """Of the deformation gradient (..., 3, 3)."""
+        """From the deformation gradient (..., 3, 3)."""
         (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = np.moveaxis(F, (-2, -1), (0, 1))
         J = xx * (yy * zz - yz * zy) + xy * (yz * zx - yx * zz) + xz * (yx * zy - yy * zx)
         b = J[..., None, None] ** (-2.0 / 3.0) * _squared(F)
@@ -42,8 +42,9 @@ class Deformation(NamedTuple):
 
 
 def _squared(tensors: Array) -> Array:
-    """A A^T of tensors (..., 3, 3), whose components lie together: NumPy's products of many small
-    matrices take several times as long.
+    """A A^T of tensors (..., 3, 3) with contiguous components.
+
+    It is several times faster than NumPy's products of many small matrices.
     """
     rows = np.moveaxis(tensors, (-2, -1), (0, 1))
     product = np.empty(rows.shape)
@@ -77,14 +78,14 @@ def cauchy_stress(at: Deformation, material: MooneyRivlin) -> Array:
 
 
 def von_mises(stress: Array) -> Array:
-    """sqrt(3/2 s : s) of the deviator s of stresses by their six components (..., 6), Pa."""
+    """sqrt(3/2 s : s) of the stress deviator s, from six stress components (..., 6), Pa."""
     normal, shear = stress[..., :3], stress[..., 3:]
     deviator = normal - normal.mean(axis=-1, keepdims=True)
     return np.asarray(np.sqrt(1.5 * (deviator**2).sum(axis=-1) + 3.0 * (shear**2).sum(axis=-1)))
 
 
 class Gradients:
-    """The same reference points in all of some cells: their displacements' gradients.
+    """Displacement gradients at the same reference points of several cells.
 
     inverse: of the cells' Jacobians (d, d, c, q); stretch: their determinants (c, q).
     """
@@ -110,7 +111,7 @@ class Gradients:
         dim, points, nodes = self._slopes.shape
         flat = self._slopes.reshape(dim * points, nodes) @ u[self.dofs]
         by_point = np.moveaxis(flat.reshape(len(flat), dim, points, dim), (1, 3), (0, 1))
-        F = np.zeros((3, 3, len(flat), points))  # components together, as in `_squared`
+        F = np.zeros((3, 3, len(flat), points))  # contiguous components, as in `_squared`
         for i, j in itertools.product(range(dim), repeat=2):
             F[i, j] = sum(by_point[s, i] * self.inverse[s, j] for s in range(dim))
         for i in range(3):
@@ -119,10 +120,10 @@ class Gradients:
 
 
 class CellPoints(Gradients):
-    """The same reference points in all of some cells: stress and energy there.
+    """Stress and energy at the same reference points of several cells.
 
-    In cells whose volumetric energy is taken at fewer points the pressure is that at these: the
-    linear function through them. Between them J swings about it, and nothing resists.
+    In cells with reduced volumetric integration, the pressure is the linear function through its
+    values at these quadrature points. J oscillates between them without resistance.
     """
 
     def __init__(self, rubber: HyperelasticBody, cells: NDArray[np.int_], points: Array) -> None:
@@ -143,8 +144,8 @@ class CellPoints(Gradients):
     def stress_and_energy(self, u: Array, fallen: Array | None = None) -> Array:
         """The six components of the Cauchy stress (Pa) and the energy density (J/m3), (c, q, 7).
 
-        fallen: by how much stress and energy are less than an elastic rubber's, of all this rank's
-        own cells at the rule's points (`Relaxed.fallen`).
+        fallen: reduction of stress and energy by relaxation, in all cells of this rank at
+        quadrature points (`Relaxed.fallen`).
         """
         F = self.deformation(u)
         at = Deformation.of(F)
@@ -156,7 +157,7 @@ class CellPoints(Gradients):
         return found if fallen is None else found - self._fallen(F, at.J, fallen[self._cells])
 
     def _fallen(self, F: Array, J: Array, fallen: Array) -> Array:
-        """What is `fallen` (c, r, 7) as Cauchy stress and energy density at the points."""
+        """The reduction `fallen` (c, r, 7) as Cauchy stress and energy density at the points."""
         here = self._from_rule @ fallen
         cauchy = F @ tensors(here[..., :6]) @ np.swapaxes(F, -1, -2) / J[..., None, None]
         return np.stack([*(cauchy[..., i, j] for i, j in SIX), here[..., 6]], axis=-1)
@@ -165,9 +166,9 @@ class CellPoints(Gradients):
 class StressRecovery:
     """Stress and energy density smoothed to the vertices of this rank's cells.
 
-    In each cell the linear function nearest to the values at the quadrature points; at a vertex
-    the mean of its cells', each weighted with what it stands for there. The integral of the
-    result over the undeformed block is that of the values at the quadrature points, exactly.
+    In each cell a linear function is fitted to the values at quadrature points. The value at a
+    vertex is the mean over its cells, weighted with their nodal volumes. The integral over the
+    undeformed block is preserved exactly.
     """
 
     def __init__(self, rubber: HyperelasticBody) -> None:
@@ -184,15 +185,17 @@ class StressRecovery:
         self.weights = volume @ vertex  # (c, k), m3 (m2 in a slice)
 
     def at_vertices(self, u: Array, fallen: Array | None = None) -> Array:
-        """Each cell's own values at its vertices (c, k, 7), for `u` (blocked dofs, d), with what
-        is `fallen` as in `CellPoints.stress_and_energy`.
+        """Values of each cell at its vertices (c, k, 7), for `u` (blocked dofs, d).
+
+        fallen: as in `CellPoints.stress_and_energy`.
         """
         return np.asarray(self._nearest @ self._points.stress_and_energy(u, fallen))
 
 
 def _from_rule(rubber: HyperelasticBody, points: Array) -> Array:
-    """Matrix (q, r) from values at a cell's r points of the rule to any others: the displacement's
-    polynomials nearest to them.
+    """Matrix (q, r) from values at a cell's r quadrature points to other points.
+
+    It is a least-squares fit by the displacement's polynomials.
     """
     name = compat.cell_name(rubber.mesh)
     rule = compat.quadrature(name, QUADRATURE_DEGREE)[0]

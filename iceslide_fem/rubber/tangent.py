@@ -1,10 +1,10 @@
-"""Newton's changes of rubber and plate: factors of an earlier tangent, the contact as it is now.
+"""Newton changes of rubber and plate: factors of an earlier tangent, with the present contact.
 
-A tangent costs as much as some forty solves with its factors. What changes from one iteration to
-the next is hardly the rubber, but the contact: points touch down and lift off, and the film's shear
-follows the slip by a slope that belongs to the step. That part is exact in every change
-(`responses`). Symmetric factors, which take half of the time and memory, have the rubber and what
-holds against pressing and slip; what friction makes of the pressure is in the changes alone.
+A tangent costs as much as some forty solves with its factors. Between iterations the rubber's
+stiffness hardly changes, but the contact does: points touch down and lift off, and the slope of
+shear with slip depends on the step. The contact part is exact in every change (`responses`).
+Symmetric factors take half of the time and memory. They contain the rubber and the symmetric
+contact stiffness; the coupling of friction to pressure is in the changes only.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ from iceslide_fem.rubber.rigid_modes import rigid_modes
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import NotConverged
 
-# What a change leaves of the imbalance for the contact's sake: Newton's method gains no more from
-# less, because the rubber's part of the tangent is an earlier one.
+# Relative residual of the contact part in a change. A smaller one does not help Newton's method,
+# because the rubber's part of the tangent is an old one.
 FORCING = 0.03
-# By factors of the place where it starts, which may be symmetric, a change leaves less.
+# The same with factors of the present iterate, which may be symmetric.
 FRESH = 1e-3
-# What new factors and their assembly cost, in solves with them, and a new preconditioner.
+# Cost of assembly and factorisation, and of a new preconditioner, in solves.
 FACTORS, PRECONDITIONER = 40.0, 1.0
 DIRECT = ("lu", "cholesky", "redundant", "python")
 
@@ -45,8 +45,8 @@ DIRECT = ("lu", "cholesky", "redundant", "python")
 class Tangent:
     """The tangent of `rubber` on its contact `surface`, bordered by the plate's displacement.
 
-    That is what all nodes on the plate move downwards, and its equation is that the plate carries
-    its force. Changes are of all dofs of this rank, ghosts included.
+    This is the common downward displacement of all nodes on the plate; its equation prescribes the
+    plate's force. Changes contain all dofs of this rank, ghosts included.
     """
 
     def __init__(self, rubber: HyperelasticBody, surface: ContactSurface, prefix: str) -> None:
@@ -56,7 +56,7 @@ class Tangent:
         self._matrix = rubber.create_matrix()
         vectors = (rubber.create_vector() for _ in range(6))
         self._column, self._row, self._border, self.load_vector, self._answer, self._lift = vectors
-        self._stiffness = 0.0  # of the plate alone
+        self._stiffness = 0.0  # of the plate's equation
         index_map = rubber.space.dofmap.index_map
         n_owned = index_map.size_local
         owned = rubber.plate[rubber.plate < n_owned]
@@ -80,7 +80,7 @@ class Tangent:
         factorise(self.ksp, self._dim)
         compat.take_options(self.ksp)
         if takes_blocks(self.ksp):
-            self.ksp.reset()  # what it has prepared is for a matrix without blocks
+            self.ksp.reset()  # its setup is for a matrix without blocks
             self._matrix = rubber.create_matrix("baij")
             self.ksp.setOperators(self._matrix)
         self._symmetric = takes_symmetric(self.ksp)
@@ -91,22 +91,24 @@ class Tangent:
         self._responses = Responses(self.nodes, cost, takes_many(self.ksp))
 
     def imbalance(self, residual: PETSc.Vec) -> float:
-        """Take what holds the plate out of the `residual`: its vertical resultant (N). Collective.
+        """Remove the plate's reaction from the `residual`; returns its vertical resultant (N).
+        Collective.
 
-        In 3-D also what holds the plane of symmetry.
+        In 3-D the reaction of the symmetry plane is also removed.
         """
         plate = residual.dot(self._lift)
         residual.array[self._fixed] = 0.0
         return float(plate)
 
     def size(self, residual: PETSc.Vec, plate: float | None) -> float:
-        """Of the imbalance, N: of the nodal forces, of their resultant and of the plate's.
+        """Norm of the imbalance, N: nodal forces, their resultant, and the plate's force.
+        Collective.
 
-        By the nodal forces alone the block would stay while friction changes evenly at many nodes,
-        and then have to make good for it in one step. Collective.
+        Without the resultant the norm would miss a uniform change of friction at many nodes. The
+        block would then follow in one late step.
         """
         forces = residual.array.reshape(-1, self._dim)
-        # a sum over rows as short takes ten times as long
+        # ten times faster than a sum over short rows
         resultant = RESULTANT * (np.ones(len(forces)) @ forces)
         self._comm.Allreduce(MPI.IN_PLACE, resultant, op=MPI.SUM)
         return math.hypot(residual.norm(), plate or 0.0, *resultant)
@@ -146,15 +148,15 @@ class Tangent:
             self._differ(contact, walls)
 
     def update_contact(self, contact: Array) -> None:
-        """Take the present `contact` (as in `factorise`) from now on, with the same factors."""
+        """Set the present `contact` (as in `factorise`), and keep the factors."""
         self._forcing = FORCING
         self._differ(contact, self._rubber.wall_stiffness())
 
     def change(self, residual: PETSc.Vec, plate: float | None, enough: float = 0.0) -> Array:
-        """Newton's change where `residual` (N) and the plate's imbalance (N) are left. Collective.
+        """Newton change for a `residual` (N) and the plate's imbalance (N). Collective.
 
-        With None the plate stays where it is, whatever it carries. The contact may leave `enough`
-        (N). Raises NotConverged where the linear solver fails or the plate meets no resistance.
+        plate: None for a held plate; enough: residual of the contact part, N. Raises NotConverged
+        if the linear solver fails or the plate meets no resistance.
         """
         if self._held != (plate is None):
             self._responses.clear()
@@ -167,7 +169,7 @@ class Tangent:
         return answer
 
     def _differ(self, contact: Array, walls: csr_matrix | None) -> None:
-        """Take this contact and this stiffness of the walls, with factors of others."""
+        """Set present contact and wall stiffness, different from those in the factors."""
         nodes = contact.shape[1] * contact.shape[2]
         if walls is not None:
             walls = walls - self._factored_walls
@@ -177,7 +179,7 @@ class Tangent:
 
     @property
     def stale(self) -> bool:
-        """Whether new factors would pay."""
+        """Whether a new factorisation would reduce the cost."""
         return self._responses.stale
 
     def length(self, change: Array) -> float:
@@ -186,7 +188,7 @@ class Tangent:
         return float(np.sqrt(self._comm.allreduce(float(own @ own), op=MPI.SUM)))
 
     def response(self, loads: Array) -> Array:
-        """The changes (k, dofs) that the factors give to loads (k, n) on the contact's nodes."""
+        """Changes (k, dofs) by the factors for loads (k, n) on the contact nodes."""
         if takes_many(self.ksp):
             return self._responses_at_once(loads)
         with self.load_vector.localForm() as local:
@@ -204,12 +206,12 @@ class Tangent:
         return np.array(changes)
 
     def solved(self, plate: float) -> Array:
-        """The change that the factors give to the load and the plate's, by block elimination."""
+        """The change by the factors for nodal and plate loads, by block elimination."""
         self._solve(self.load_vector, self._answer)
         return self._lifted(plate)
 
     def _lifted(self, plate: float) -> Array:
-        """The answer under a held plate with what the load on it adds, of all this rank's dofs."""
+        """The solution under a held plate plus the part of the plate's load, all local dofs."""
         if not self._held:
             schur = self._stiffness - self._row.dot(self._border)
             if schur == 0.0:
@@ -229,8 +231,9 @@ class Tangent:
 
 
 def _symmetric(contact: Array) -> Array:
-    """Of a contact's tangent (f, a, d, a, d), N/m, the symmetric stiffness against pressing and
-    against slip, without what friction makes of the pressure.
+    """Symmetric part of a contact tangent (f, a, d, a, d), N/m.
+
+    It has the stiffness of pressure and of slip, without the coupling of friction to pressure.
     """
     apart = contact.copy()
     apart[:, :, -1, :, :-1] = 0.0

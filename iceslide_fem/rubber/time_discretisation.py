@@ -1,7 +1,7 @@
-"""How the block's displacements move on from one step to the next: quasi-static or with inertia.
+"""Time discretisation of the block's motion: quasi-static or with inertia.
 
-Both give the nodal velocities as `slope * displacement + intercept`, linear in what is solved
-for: so the slip speed can be taken at the displacement that is being found.
+Both give the nodal velocities as `slope * displacement + intercept`, linear in the unknown. The
+slip speed is therefore implicit.
 """
 
 from __future__ import annotations
@@ -14,17 +14,17 @@ import numpy as np
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 from iceslide_fem.runtime.arrays import Array
 
-# Spectral radius of the generalised-alpha method at high frequencies: what a step leaves of a
-# mode that it does not resolve.
+# Spectral radius of the generalised-alpha method at high frequencies: amplification of unresolved
+# modes in a step.
 HIGH_FREQUENCY_RADIUS = 0.5
 
 
 class Motion(NamedTuple):
     """Displacements (m), velocities (m/s) and accelerations (m/s2) of all dofs of this rank.
 
-    time (s): when they were found; span (s): how long the block took from the solution before,
-    infinite if it has rested since; behind_kink: whether the velocity had a corner or a jump there;
-    smooth: whether the acceleration before has told more of the velocity then than that alone.
+    time: of this solution, s; span: time since the solution before, s, infinite after rest;
+    behind_kink: whether the velocity has a kink or a jump there; smooth: whether the extrapolated
+    velocity was a better prediction than the held velocity.
     """
 
     time: float
@@ -44,47 +44,45 @@ class Rate(NamedTuple):
 
 
 class MotionLaw(Protocol):
-    """What the coupled step needs to know of the block's motion."""
+    """The block's law of motion, as the coupled step uses it."""
 
     may_skip: bool
 
     def begin(self, start: Motion, time: float) -> tuple[Array, Rate]:
-        """Displacements to start from at `time` (s), and the velocity's dependence on them."""
+        """Predicted displacements at `time` (s), and the velocity as a function of displacement."""
 
     def end(self, start: Motion, time: float, displacements: Array) -> Motion:
-        """The motion at `time` with the displacements that were found."""
+        """The motion at `time` (s) with the solved `displacements`."""
 
     def local_error(self, start: Motion, end: Motion) -> Array:
-        """Estimated error of the displacements (dofs,) that the step made, m."""
+        """Estimated local error of the displacements (dofs,), m."""
 
     def extrapolated_velocity(self, start: Motion, time: float) -> Array:
-        """What the acceleration adds to the velocity (dofs,) that `begin` has at `time`, m/s."""
+        """Velocity increment (dofs,) by the acceleration, beyond that of `begin` at `time`, m/s."""
 
     def velocity_error(self, start: Motion, end: Motion) -> Array:
-        """Velocity (dofs,) at the end less that expected at the start, m/s, if nothing else tells
-        its error.
+        """Velocity (dofs,) at the end minus the predicted one, m/s; 0 with another error
+        estimate.
         """
 
     def behind_kink(self, start: Motion, end: Motion) -> Motion:
-        """`end` behind a corner, before which nothing tells how the velocity goes on."""
+        """`end` after a kink: data before the kink do not predict the velocity."""
 
     def kinetic_energy(self, motion: Motion) -> float:
         """Kinetic energy relative to the plate, J (J/m in a slice). Collective."""
 
     def mass_moment(self, motion: Motion) -> float:
-        """Mass times the displacement of its centre along x relative to the plate, kg m.
-        Collective.
-        """
+        """Mass times displacement of its centre along x relative to the plate, kg m. Collective."""
 
 
 def motion_at_rest(displacements: Array) -> Motion:
-    """A block that does not move at t = 0."""
+    """The motion of a block at rest at t = 0."""
     still = np.zeros_like(displacements)
     return Motion(0.0, np.inf, False, False, displacements.copy(), still, still)
 
 
 def quiescent_motion(motion: Motion) -> Motion:
-    """The same displacements, held since."""
+    """The same displacements, held at rest since then."""
     still = np.zeros_like(motion.velocity)
     return motion._replace(
         span=np.inf, behind_kink=False, smooth=False, velocity=still, acceleration=still
@@ -92,18 +90,18 @@ def quiescent_motion(motion: Motion) -> Motion:
 
 
 class QuasiStatic:
-    """No inertia: displacements follow the forces; predicted on the line through the last two.
+    """No inertia. The predictor is linear through the last two solutions.
 
     The velocity at the end of a step is that of the parabola through three solutions (BDF2), or of
-    the line through two after a rest or a jump: with v the mean velocities of this step and of the
-    one before, dt and dt0 their lengths, v1 = v + dt / (dt + dt0) (v - v0). The parabola's
+    the line through two after a rest or a jump: v1 = v + dt / (dt + dt0) (v - v0), with the mean
+    velocities v and v0 and the lengths dt and dt0 of this step and the last one. The parabola's
     acceleration is a = 2 (v - v0) / (dt + dt0).
     """
 
     may_skip = True
 
     def begin(self, start: Motion, time: float) -> tuple[Array, Rate]:
-        """The line through the last two solutions; the parabola's slope."""
+        """Prediction by the line through the last two solutions; rate by the parabola."""
         dt = time - start.time
         weight = 0.0 if start.behind_kink else dt / (dt + start.span)
         slope = (1.0 + weight) / dt
@@ -111,33 +109,33 @@ class QuasiStatic:
         return start.displacements + dt * start.velocity, rate
 
     def end(self, start: Motion, time: float, displacements: Array) -> Motion:
-        """The velocity is the mean one since the last solution."""
+        """The motion; its velocity is the mean one since the last solution."""
         span = time - start.time
         velocity = (displacements - start.displacements) / span
         acceleration = 2.0 * (velocity - start.velocity) / (span + start.span)
         return Motion(time, span, False, False, displacements, velocity, acceleration)
 
     def local_error(self, start: Motion, end: Motion) -> Array:
-        """None: there is nothing to integrate."""
+        """Zero: there is no differential equation."""
         return np.zeros_like(end.displacements)
 
     def extrapolated_velocity(self, start: Motion, time: float) -> Array:
-        """a0 t, of the last parabola, with t the time since the middle of the step before."""
+        """a0 t, with a0 of the last parabola and t since the middle of the last step."""
         if not np.isfinite(start.span):
             return np.zeros_like(start.velocity)
         return np.asarray((0.5 * start.span + time - start.time) * start.acceleration)
 
     def velocity_error(self, start: Motion, end: Motion) -> Array:
-        """How far the last parabola's velocity is from this one's, at the end: v1 - (v0 + a0 t).
+        """Difference of the velocities of this and the last parabola at the end: v1 - (v0 + a0 t).
 
-        Of second order in dt and 4.5 times the error of v1 where the motion is smooth (in equal
-        steps); at a corner at least twice it.
+        It is of second order in dt. In a smooth motion with equal steps it is 4.5 times the error
+        of v1, at a kink at least twice.
         """
         found = end.velocity + 0.5 * end.span * end.acceleration
         return np.asarray(found - start.velocity - self.extrapolated_velocity(start, end.time))
 
     def behind_kink(self, start: Motion, end: Motion) -> Motion:
-        """Without a parabola to go on with; but the first one behind a corner is good."""
+        """Drop the parabola; the first step after a kink uses a line."""
         if start.behind_kink:
             return end
         return end._replace(
@@ -176,7 +174,7 @@ class Dynamic:
         radius: float = HIGH_FREQUENCY_RADIUS,
         plate: Callable[[float], float] = lambda time: 0.0,
     ) -> None:
-        """`rubber` carries the inertia forces; `radius` in 0 to 1 (1 dissipates nothing).
+        """rubber: holds the inertia forces; radius: spectral radius, 0 to 1 (1 has no dissipation).
 
         `plate` is the acceleration (m/s2) along x of the plate at a time (s).
         """
@@ -186,7 +184,7 @@ class Dynamic:
         self._beta = 0.25 * (1.0 - self._alpha) ** 2
 
     def begin(self, start: Motion, time: float) -> tuple[Array, Rate]:
-        """Sets the inertia forces of the step; predicts with the last acceleration."""
+        """Set the inertia forces of the step; predict with the last acceleration."""
         dt, beta, gamma = time - start.time, self._beta, self._gamma
         u, v, a = start.displacements, start.velocity, start.acceleration
         coasted = u + dt * v + (0.5 - beta) * dt**2 * a
@@ -216,21 +214,21 @@ class Dynamic:
         return np.asarray((self._beta - 1.0 / 6.0) * dt**2 * change)
 
     def extrapolated_velocity(self, start: Motion, time: float) -> Array:
-        """None: `begin` predicts with it."""
+        """Zero: `begin` already includes the acceleration."""
         return np.zeros_like(start.velocity)
 
     def velocity_error(self, start: Motion, end: Motion) -> Array:
-        """None: the local error tells."""
+        """Zero: the local error is the estimate."""
         return np.zeros_like(end.displacements)
 
     def behind_kink(self, start: Motion, end: Motion) -> Motion:
-        """As it is: mass knows no corners."""
+        """Unchanged: with inertia the velocity has no kinks."""
         return end
 
     def kinetic_energy(self, motion: Motion) -> float:
-        """Of the velocities relative to the plate, J (J/m in a slice). Collective."""
+        """Kinetic energy relative to the plate, J (J/m in a slice). Collective."""
         return self._rubber.kinetic_energy(motion.velocity)
 
     def mass_moment(self, motion: Motion) -> float:
-        """Of the displacements relative to the plate, kg m (kg in a slice). Collective."""
+        """Mass moment relative to the plate, kg m (kg in a slice). Collective."""
         return self._rubber.momentum(motion.displacements)

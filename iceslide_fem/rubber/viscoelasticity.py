@@ -1,4 +1,4 @@
-"""Rubber that relaxes at finite strain: what of its stress has relaxed, at points of its cells.
+"""Finite-strain viscoelasticity of the rubber, with internal variables at quadrature points.
 
 The isochoric part of the second Piola-Kirchhoff stress relaxes, the volumetric part is elastic
 (J. C. Simo, Comput. Methods Appl. Mech. Eng. 60 (1987) 153; G. A. Holzapfel, *Nonlinear Solid
@@ -6,9 +6,9 @@ Mechanics*, 2000, chapter 6.10). With the instantaneous S_iso and arms g_i, tau_
 
     S = S_vol + S_iso - sum R_i,   tau_i dR_i/dt + R_i = g_i S_iso,   R_i(0) = 0       (1)
 
-so that g_i S_iso - R_i is the stress of an arm, and R_i what of it has relaxed. S_iso is taken on a
-straight line over a step: of second order in its length. With x = dt / tau_i and
-b(x) = 1 - (1 - exp(-x)) / x the stress at its end is, with S_iso and R_i at its start marked 0,
+g_i S_iso - R_i is the stress of an arm, and R_i its relaxed part. S_iso is linear in time over a
+step, which is second-order accurate. With x = dt / tau_i and b(x) = 1 - (1 - exp(-x)) / x the
+stress at the end of a step is (subscript 0: at its start)
 
     S = S_vol + f S_iso + H,   f = 1 - sum g_i b,
     H = - sum [exp(-x) R_i0 + g_i (1 - exp(-x) - b) S_iso0],
@@ -38,12 +38,12 @@ from iceslide_fem.rubber.element import (
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import MooneyRivlin
 
-SMALL = 1e-2  # steps over tau below which the error of a step is a series
+SMALL = 1e-2  # dt / tau below which a series gives the error of a step
 
 
 class Strained(NamedTuple):
-    """What is known at the points (c, q) of a moment: S_iso and C by their six components
-    (c, q, 6), Pa and 1, and W_iso (c, q), J/m3.
+    """State at the points (c, q): S_iso (Pa) and C by six components (c, q, 6); W_iso (c, q),
+    J/m3.
     """
 
     stress: Array
@@ -54,9 +54,9 @@ class Strained(NamedTuple):
 class Relaxed(NamedTuple):
     """Internal variables of (1): committed as a whole with the step that leads to them.
 
-    relaxed: R_i (m, c, q, 6), Pa; strained: what it is at then; rate: mean dS_iso/dt (Pa/s) of the
-    last step, of `span` (s), infinite if there is none; stored: energy of the arms less what an
-    elastic rubber would store, (c, q), J/m3.
+    relaxed: R_i (m, c, q, 6), Pa; strained: strain state at that time; rate: mean dS_iso/dt (Pa/s)
+    of the last step; span: length of that step, s, infinite without one; stored: energy of the arms
+    minus that of elastic rubber, (c, q), J/m3.
     """
 
     relaxed: Array
@@ -67,16 +67,14 @@ class Relaxed(NamedTuple):
 
     @property
     def fallen(self) -> Array:
-        """By how much stress (six components) and stored energy are less than elastic ones,
-        (c, q, 7), Pa and J/m3.
+        """Reduction of stress (six components) and stored energy by relaxation, (c, q, 7), Pa,
+        J/m3.
         """
         return np.concatenate([self.relaxed.sum(axis=0), -self.stored[..., None]], axis=-1)
 
 
 class RelaxedStep(NamedTuple):
-    """A step as it ends: its internal variables, the heat that the rubber has made (c, q), J/m3,
-    and the error of its stress, Pa, a mean over the volume.
-    """
+    """End of a step: internal variables, dissipation (c, q), J/m3, and mean stress error, Pa."""
 
     after: Relaxed
     heat: Array
@@ -102,7 +100,7 @@ def relaxing_energy(history: Any) -> Energy:
 
 
 def _symmetric(history: Any, dim: int) -> Any:
-    """H (d, d) of the components behind the first."""
+    """H (d, d) from the components after the first, which is f."""
     number = {place: 1 + i for i, place in enumerate(_components(dim))}
     rows = [[history[number[min(i, j), max(i, j)]] for j in range(dim)] for i in range(dim)]
     return ufl.as_matrix(rows)
@@ -136,16 +134,17 @@ def _strained(u: Any, material: MooneyRivlin) -> Any:
 
 
 class Viscoelasticity:
-    """What the rubber remembers on its `space`: (1) at the points of all cells of this rank's own.
+    """Internal variables (1) of the rubber on its `space`, at quadrature points of this rank's
+    cells.
 
     history: Function of f and H in the rubber's energy; points: of the rule on the reference cell;
-    volume: that each point stands for, (c, q), m3 (m2 in a slice).
+    volume: of each point, (c, q), m3 (m2 in a slice).
     """
 
     def __init__(
         self, u: Any, material: MooneyRivlin, shear_modulus: float, relaxation: Relaxation
     ) -> None:
-        """`material`: constants of the rubber's form; instantaneous as the `shear_modulus` (Pa) is.
+        """material: constants of the rubber's form, instantaneous like `shear_modulus` (Pa).
         Collective.
         """
         self._mesh = mesh = u.function_space.mesh
@@ -171,21 +170,23 @@ class Viscoelasticity:
         self.begin_elastic()
 
     def begin_elastic(self) -> None:
-        """What follows is elastic, with the instantaneous modulus: nothing has relaxed."""
+        """Make the rubber elastic with the instantaneous modulus, without relaxation."""
         self._values[:] = np.eye(1, self._values.shape[1])
 
     def at_rest(self) -> Relaxed:
-        """Internal variables at the present displacements of which nothing has relaxed."""
+        """Internal variables at the present displacements, without relaxation."""
         now = self._now()
         relaxed = np.zeros((self._g.size, *now.stress.shape))
         return self._relaxed(relaxed, now, np.zeros_like(now.stress), np.inf)
 
     def restored(self, relaxed: Array, rate: Array, span: float) -> Relaxed:
-        """Internal variables at the present displacements: R_i (m, c, q, 6), and as `Relaxed`."""
+        """Internal variables at present displacements from saved R_i (m, c, q, 6), rate and
+        span.
+        """
         return self._relaxed(relaxed, self._now(), rate, span)
 
     def begin_step(self, start: Relaxed, dt: float, temperature: Array | float) -> None:
-        """f and H of a step of `dt` (s) from `start`, at temperatures (K) of the points (c, q)."""
+        """Set f and H of a step of `dt` (s) from `start`, at temperatures (K) of points (c, q)."""
         factor = np.ones(self.volume.shape)
         kept = np.zeros_like(start.strained.stress)
         nothing = np.zeros(1)
@@ -196,7 +197,7 @@ class Viscoelasticity:
         self._values[self._places, 1:] = kept[..., self._components]
 
     def end_step(self, start: Relaxed, dt: float, temperature: Array | float) -> RelaxedStep:
-        """The step as it ends at the present displacements. Collective."""
+        """The end of the step at the present displacements. Collective."""
         before, now = start.strained, self._now()
         rate = (now.stress - before.stress) / dt
         bend = 0.0 * rate if start.span == np.inf else 2.0 * (rate - start.rate) / (dt + start.span)
@@ -207,14 +208,14 @@ class Viscoelasticity:
             off += g * dt**2 * _curvature_response(x) * bend
         after = self._relaxed(relaxed, now, rate, dt)
         mean = 0.5 * (start.relaxed + relaxed).sum(axis=0)
-        undone = 0.5 * _inner(mean, now.strain - before.strain)  # work that an elastic rubber takes
+        undone = 0.5 * _inner(mean, now.strain - before.strain)  # work on elastic rubber
         heat = start.stored - after.stored - undone
         error = self.total(np.sqrt(_inner(off, off))) / self._whole
         return RelaxedStep(after, heat, error)
 
     @property
     def places(self) -> Array:
-        """Where the points are in the undeformed block, (c q, d), m."""
+        """Positions of the points in the undeformed block, (c q, d), m."""
         x = compat.at_points(ufl.SpatialCoordinate(self._mesh), self.points)
         values = compat.evaluated(x, self._mesh, self._cells)
         return values.reshape(-1, self._mesh.geometry.dim)
@@ -225,9 +226,9 @@ class Viscoelasticity:
         return float(self._mesh.comm.allreduce(own, op=MPI.SUM))
 
     def _relaxed(self, relaxed: Array, at: Strained, rate: Array, span: float) -> Relaxed:
-        """With the energy that is stored.
+        """Internal variables with their stored energy.
 
-        An arm of the stress H stores tr(C H C H) / (4 g G), which is its energy for small strains.
+        An arm of stress H stores tr(C H C H) / (4 g G), exact for small strains.
         """
         energy = -self._g.sum() * at.energy
         C = tensors(at.strain)
@@ -255,10 +256,10 @@ def _inner(a: Array, b: Array) -> Array:
 
 
 def _curvature_response(x: Array) -> Array:
-    """Of what follows with a delay, at the end of a step dt = x tau: how far a value's second
-    derivative moves it, in dt^2, beyond the line through the value's ends.
+    """Response of a first-order lag to the curvature of its input over a step dt = x tau.
 
-    (1 + exp(-x)) / (2 x) - (1 - exp(-x)) / x^2, which is x / 12 of small steps.
+    It is in units of dt^2 times the second derivative, relative to linear input: (1 + exp(-x)) / (2
+    x) - (1 - exp(-x)) / x^2, which is x / 12 of small steps.
     """
     safe = np.maximum(x, SMALL)
     exact = 0.5 * (1.0 + np.exp(-safe)) / safe + np.expm1(-safe) / safe**2

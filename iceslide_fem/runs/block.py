@@ -1,4 +1,4 @@
-"""One scene on the levels with rubber: from the undeformed block to the end of its sliding."""
+"""A run of a slice or block: from the undeformed block to the end of sliding."""
 
 from __future__ import annotations
 
@@ -64,9 +64,10 @@ def run_block(
     schedule: Schedule,
     checkpoint: Checkpoint | None,
 ) -> tuple[dict[str, Any], SimulationStopped | Interrupted | None]:
-    """Run `scene` into `out`, from its beginning or from `checkpoint`. Collective.
+    """Run `scene` with results in `out`, from the start or from a `checkpoint`. Collective.
 
-    Returns the entries of its summary (none before sliding), and why it stopped early, if it did.
+    Returns the entries of its summary (none before sliding), and the reason of an early stop, or
+    None.
     """
     comm, results = MPI.COMM_WORLD, Results()
     limit = TimeLimit(scene, comm, schedule.clock)
@@ -77,14 +78,14 @@ def run_block(
             check_options(comm)
         probes = Probes(block)
         before = _before(block, probes, out, checkpoint, results) if checkpoint and state else None
-    # Not before: a mesh or a checkpoint that cannot be used leaves everything as it was.
+    # Not earlier: an unsuitable mesh or checkpoint must not change anything on disk.
     from_root(lambda: clear_results(out, keep=GOES_ON if state else ()), comm)
     log = Log(out, comm.rank)
 
     def note(error: Exception) -> None:
-        if not isinstance(error, SceneError):  # else nothing has been begun
+        if not isinstance(error, SceneError):  # with it, nothing has started
             notify_next_run(out, error)
-            with contextlib.suppress(OutputError):  # that may be why
+            with contextlib.suppress(OutputError):  # it may be the reason
                 log("stopped", reason=str(error) or type(error).__name__)
 
     try:
@@ -114,7 +115,7 @@ def _bring_to_speed(block: Block, watch: Watch) -> None:
     """Press the block and bring it to its speed; rows of `preload.csv`."""
     rank = block.surface.comm.rank
     if rank == 0:
-        write_checkpoint(watch.out, block.scene, {})  # to go on from means to begin, so far
+        write_checkpoint(watch.out, block.scene, {})  # a restart from it starts anew
 
     with Table(watch.out / "preload.csv", PreloadRow, rank) as preload:
 
@@ -143,9 +144,9 @@ def _bring_to_speed(block: Block, watch: Watch) -> None:
 def _before(
     block: Block, probes: Probes, out: Path, checkpoint: Checkpoint, results: Results
 ) -> tuple[Sliding, Ledger]:
-    """Slide and ledger of the run in `out` at the moment of `checkpoint`, and its `results`.
+    """Sliding block, ledger and `results` of the run in `out`, restored from `checkpoint`.
 
-    Raises SceneError where something does not fit; nothing in `out` is changed.
+    Raises SceneError if something does not fit; `out` is not changed.
     """
     state = checkpoint.state
     with trusted(last_checkpoint(out)):
@@ -165,7 +166,7 @@ def _before(
 def _slide(
     sliding: Sliding, ledger: Ledger, probes: Probes, watch: Watch, state: Mapping[str, Any]
 ) -> None:
-    """Slide to the end, under the eyes of the observers; `state`: of the run to go on with."""
+    """Slide to the end and call the observers; `state`: of the run to continue."""
     results, out, comm = watch.results, watch.out, sliding.block.surface.comm
     results.dofs = sliding.n_dofs
     if state:
@@ -224,9 +225,7 @@ def history_type(sliding: Sliding) -> type[HistoryRow]:
 def _steps(
     sliding: Sliding, ledger: Ledger, refused: Rejection, begins: bool
 ) -> Iterator[Observation]:
-    """What there is to observe: t = 0, if the slide `begins`, every accepted step, and the
-    beginning of every pass.
-    """
+    """Observations: t = 0 if sliding `begins`, every accepted step, and every start of a pass."""
     if begins:
         yield Observation(sliding, None, slide_row(sliding, ledger, None))
     while True:

@@ -1,11 +1,11 @@
-"""Checkpoints: all that a run needs to go on, in one file that is whole or not there.
+"""Checkpoints: the whole state of a run, written atomically.
 
-The file is a line that says what it is, the SHA-256 of the rest, a line of JSON (the scene, its
+The file has an identifying line, the SHA-256 of the rest, a line of JSON (the scene, its
 fingerprint, numbers, other ranks' files), and the first rank's arrays as NumPy's `.npz`. Every
-other rank has a file of its own (`checkpoint_parts`): none has the arrays of all. Arrays come with
-their places, so that a run goes on with any number of ranks. The two formats that exist for
-DOLFINx, adios4dolfinx and io4dolfinx, need ADIOS2 and DOLFINx 0.7 or newer, and know functions on
-meshes; films at contact points and a moving window of ice are none.
+other rank has its own file (`checkpoint_parts`), so no rank holds all arrays. Arrays are saved with
+their positions, so a run can continue on any number of ranks. The two existing formats for DOLFINx,
+adios4dolfinx and io4dolfinx, need ADIOS2 and DOLFINx 0.7 or newer. They save functions on meshes,
+but not films at contact points or a moving window of ice.
 """
 
 from __future__ import annotations
@@ -42,12 +42,12 @@ from iceslide_fem.scene.messages import shortened
 from iceslide_fem.scene.toml import key_and_text, override
 
 FILE = "checkpoint"
-FINISHED = "finished"  # the last one of a run that has ended
-# What a run that goes on needs.
+FINISHED = "finished"  # the last checkpoint of a finished run
+# Tables that a continued run needs.
 TABLES = "history.csv", "passes.csv", "preload.csv", "probes.csv", "log.jsonl"
 GOES_ON = (FILE, FINISHED, PATTERN, *TABLES, "fields")
 _FIRST_LINE = b"iceslide_fem checkpoint 2\n"
-# What reading or using foreign content ends in; none of it is a fault of the program.
+# Errors of reading or using foreign content; they are not faults of the program.
 _NOT_OURS = (
     ArithmeticError,
     AttributeError,
@@ -65,8 +65,8 @@ _NOT_OURS = (
 
 
 class Checkpoint(NamedTuple):
-    """scene: what runs; state: nested tables of numbers and of the first rank's arrays, empty
-    before sliding; parts: the arrays of other ranks.
+    """scene: of the run; state: nested tables of numbers and of the first rank's arrays, empty
+    before sliding; parts: arrays of other ranks.
     """
 
     scene: Scene
@@ -77,10 +77,10 @@ class Checkpoint(NamedTuple):
 def write_checkpoint(
     folder: Path, scene: Scene, state: Mapping[str, Any], comm: Any = None
 ) -> None:
-    """Write `state` to `folder`: tables of JSON values, the same on all ranks, and own arrays.
+    """Write `state` to `folder`: tables of JSON values (equal on all ranks) and own arrays.
 
-    Collective; `comm` None: there is one rank. Raises OutputError on all ranks if that fails on
-    one; an older checkpoint then stays.
+    Collective; `comm` None: one rank. Raises OutputError on all ranks if one rank fails; an older
+    checkpoint then stays valid.
     """
     entries = flat(state)
     arrays = {key: value for key, value in entries.items() if isinstance(value, np.ndarray)}
@@ -106,15 +106,15 @@ def write_checkpoint(
 
 
 def finish(folder: Path) -> None:
-    """Keep the last checkpoint of a run that has ended under its own name. Call it on one rank."""
+    """Rename the last checkpoint of a finished run. Call it on one rank."""
     with writing(folder / FINISHED):
         os.replace(folder / FILE, folder / FINISHED)
 
 
 def scene_there(folder: Path) -> dict[str, Any] | None:
-    """The scene, as resolved, of the checkpoint in `folder`, to be read; None without a whole one.
+    """The resolved scene of the checkpoint in `folder`; None without a complete one.
 
-    Also of one that another version wrote, with which no run could go on.
+    Checkpoints of other versions are included, although no run can continue from them.
     """
     with contextlib.suppress(*_NOT_OURS):
         with open(folder / FILE, "rb") as file:
@@ -125,7 +125,7 @@ def scene_there(folder: Path) -> dict[str, Any] | None:
 
 
 def read_checkpoint(folder: Path, name: str = FILE) -> Checkpoint:
-    """The checkpoint in `folder`. Raises SceneError if there is none that can be trusted."""
+    """The checkpoint in `folder`. Raises SceneError if there is no valid one."""
     path = folder / name
     try:
         content = path.read_bytes()
@@ -160,15 +160,15 @@ def read_checkpoint(folder: Path, name: str = FILE) -> Checkpoint:
 
 
 def last_checkpoint(folder: Path) -> Path:
-    """The last checkpoint in `folder`: that of a run to go on, else of one that has finished."""
+    """The last checkpoint in `folder`: of an unfinished run, else of a finished one."""
     return folder / (FILE if (folder / FILE).is_file() else FINISHED)
 
 
 def read_changed(folder: Path, changes: Sequence[str]) -> Checkpoint:
-    """The last checkpoint in `folder`, of a finished run, too, with `changes` of its scene.
+    """The last checkpoint in `folder`, also of a finished run, with `changes` of its scene.
 
-    They may be a longer `load.duration` and what is written. Raises SceneError where there is no
-    such checkpoint.
+    Allowed changes are a longer `load.duration` and the output. Raises SceneError if there is no
+    checkpoint or a change is not allowed.
     """
     name = last_checkpoint(folder).name
     checkpoint = read_checkpoint(folder, name)
@@ -198,7 +198,7 @@ def read_changed(folder: Path, changes: Sequence[str]) -> Checkpoint:
 
 @contextlib.contextmanager
 def trusted(path: Path) -> Iterator[None]:
-    """Where what the checkpoint `path` holds is used: raise SceneError if no run wrote that."""
+    """Context in which errors from the content of checkpoint `path` become SceneError."""
     try:
         yield
     except _NOT_OURS as error:
@@ -209,9 +209,9 @@ def trusted(path: Path) -> Iterator[None]:
 
 
 def fields_there(folder: Path, state: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """What `state` lists of the fields in `folder`, if all of it is there; else nothing.
+    """Fields listed in `state`, if all their files are in `folder`; else an empty list.
 
-    Then the series begins anew: lists never name what is missing. Call it on one rank.
+    The series then starts anew, because a list must not name missing files. Call it on one rank.
     """
     earlier = [dict(entry) for entry in state.get("fields", ())]
     fields = folder / "fields"
@@ -226,7 +226,7 @@ def fields_there(folder: Path, state: Mapping[str, Any]) -> list[dict[str, Any]]
 
 
 def _check(state: Mapping[str, Any], scene: Scene) -> None:
-    """Raise ValueError if a number of `state` cannot be one of a run of `scene`."""
+    """Raise ValueError if a number of `state` is impossible in a run of `scene`."""
     if not state:
         return
     sliding = state["sliding"]
@@ -239,7 +239,7 @@ def _check(state: Mapping[str, Any], scene: Scene) -> None:
 
 
 def same_scene(scene: Scene, checkpoint: Checkpoint, folder: Path) -> None:
-    """Raise SceneError, naming the first difference, if the checkpoint is of another scene."""
+    """Raise SceneError with the first difference if the checkpoint has another scene."""
     if fingerprint(scene) == fingerprint(checkpoint.scene):
         return
     here, there = flat(scene.as_dict()), flat(checkpoint.scene.as_dict())

@@ -1,7 +1,7 @@
-"""What ranks other than the first keep of a checkpoint: each a file of its own arrays beside it.
+"""Checkpoint files of ranks other than the first, each with the rank's arrays.
 
-Files are named by their content, and the checkpoint lists them: one that is written while an older
-checkpoint still counts never replaces what that one lists.
+Files are named by their content, and the checkpoint lists them. A new file therefore never replaces
+a file of an older, still valid checkpoint.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ PATTERN = "checkpoint.*"
 
 
 class Part(NamedTuple):
-    """The arrays of one rank: in `path`, whose content has the SHA-256 `digest`."""
+    """The arrays of one rank in the file `path` with the SHA-256 `digest`."""
 
     path: Path
     digest: str
 
     def table(self, *names: str) -> dict[str, Array]:
-        """The arrays of a table, which is in the tables with these names. Raises ValueError."""
+        """The arrays of the table at this path of nested `names`. Raises ValueError."""
         begin = ".".join((*names, ""))
         with np.load(self.path, allow_pickle=False) as file:
             arrays = {key.removeprefix(begin): file[key] for key in file if key.startswith(begin)}
@@ -38,7 +38,7 @@ class Part(NamedTuple):
         return arrays
 
     def check(self) -> None:
-        """Raise SceneError unless the file is there, as it was written."""
+        """Raise SceneError unless the file exists with the saved content."""
         try:
             with open(self.path, "rb") as file:
                 digest = hashlib.file_digest(file, "sha256").hexdigest()
@@ -69,7 +69,7 @@ def write_part(folder: Path, rank: int, arrays: Mapping[str, Array]) -> tuple[st
 
 
 def parts_of(folder: Path, listed: Iterable[tuple[str, str]]) -> tuple[Part, ...]:
-    """The parts that a checkpoint in `folder` lists. Raises SceneError if one is not whole."""
+    """The parts listed in a checkpoint of `folder`. Raises SceneError if one is damaged."""
     parts = tuple(Part(folder / Path(name).name, digest) for name, digest in listed)
     for part in parts:
         part.check()
@@ -77,7 +77,7 @@ def parts_of(folder: Path, listed: Iterable[tuple[str, str]]) -> tuple[Part, ...
 
 
 def remove_others(folder: Path, listed: Iterable[tuple[str, str]]) -> None:
-    """Remove parts that no checkpoint lists any more. Call it on one rank."""
+    """Remove parts that no checkpoint lists. Call it on one rank."""
     names: set[Any] = {name for name, _ in listed}
     for path in folder.glob(PATTERN):
         if path.name not in names and not path.name.endswith(".part"):

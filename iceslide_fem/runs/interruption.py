@@ -1,4 +1,4 @@
-"""Requests to stop: SIGTERM (a queue's limit) and SIGINT (Ctrl-C), heard between trial steps."""
+"""Requests to stop: SIGTERM (a queue's limit) and SIGINT (Ctrl-C), handled between trial steps."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ _SIGNALS = (signal.SIGTERM, signal.SIGINT)
 
 
 class Interruption:
-    """Context manager that notes the first of these signals; a second one ends the process."""
+    """Context manager that records the first of these signals; a second one ends the process."""
 
     def __init__(self, comm: MPI.Comm) -> None:
         self._comm = comm
-        self._heard = 0  # by this rank; only the handler writes it, at any moment
-        self._agreed = 0  # by all ranks
+        self._heard = 0  # signal on this rank; written by the handler only
+        self._agreed = 0  # signal known to all ranks
         self._before: dict[signal.Signals, Any] = {}
 
     def __enter__(self) -> Self:
@@ -40,7 +40,7 @@ class Interruption:
         return self._agreed > 0
 
     def error(self, where: str, folder: object) -> Interrupted:
-        """What to raise then: it says by which signal, `where`, and how to go on."""
+        """The error to raise, with the signal, `where`, and how to continue."""
         return Interrupted(
             f"stopped by {signal.Signals(self._agreed).name} {where}; "
             f"iceslide run --restart {folder} goes on from here"

@@ -1,4 +1,4 @@
-"""One pass of a point over ice under a law whose steps end on no event of a film."""
+"""One pass of a point over ice under a law without film events."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from iceslide_fem.scene.course import SAMPLED
 def law_pass(
     scene: Scene, law: InterfaceLaw, ice: IceHeat, start: InterfaceState | None = None
 ) -> tuple[list[HistoryRow], PassEnd]:
-    """Rows under `law` over `ice` as it is at first, or from what `start` has left, and the end.
+    """History rows of a pass under `law`, and its end state. Raises SimulationStopped.
 
-    Raises SimulationStopped.
+    The pass begins on cold `ice`, or from the state `start`.
     """
     numerics, load, duration = scene.numerics, scene.load, exposure(scene)
     integrator = INTEGRATORS[numerics.film_integrator]

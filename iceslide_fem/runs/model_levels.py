@@ -1,4 +1,4 @@
-"""Levels of the model ladder: how a scene is put on one, and which is the cheapest that will do."""
+"""Model levels: a scene on another level, and the cheapest sufficient level."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from iceslide_fem.scene.contact_age import ages_in_warm_rubber
 
 MODELS = "point", "slice", "block"
 HEATS = "half-space", "column", "continuum", "mesh"
-SIDEWAYS = "continuum", "mesh"  # heat conducts along the surface, too, which a point does not have
+SIDEWAYS = "continuum", "mesh"  # with lateral conduction, which a point does not have
 
 
 class ModelLevel(NamedTuple):
@@ -22,7 +22,7 @@ class ModelLevel(NamedTuple):
 
 
 def fineness(level: ModelLevel) -> tuple[int, int, float]:
-    """By which levels are put in order: the finest leaves out least."""
+    """Sort key of levels: the finest one neglects least."""
     return MODELS.index(level.model), HEATS.index(level.heat), level.refinement
 
 
@@ -33,9 +33,9 @@ def level_name(level: ModelLevel) -> str:
 
 
 def cheapest(scene: Scene) -> ModelLevel:
-    """The cheapest level whose simplifications are below the scene's tolerance, by the estimates.
+    """The cheapest level whose estimated errors are below the scene's tolerance.
 
-    `ice.heat` is chosen, too, unless the scene gives it.
+    It also chooses `ice.heat`, unless the scene gives it.
     """
     found, tolerance = simplifications(scene), scene.numerics.tolerance
     columns = found.sideways.effect <= tolerance
@@ -46,7 +46,7 @@ def cheapest(scene: Scene) -> ModelLevel:
     rubber = scene.rubber
     if rubber.mesh is not None or rubber.outline is not None or rubber.grooves:
         return ModelLevel("block", heat, scene.numerics.refinement)
-    attached = scene.ice.motion == "attached"  # estimates of passing ice are rougher
+    attached = scene.ice.motion == "attached"  # estimates for sliding ice are rougher
     has_point = attached and not ages_in_warm_rubber(scene)
     if has_point and found.uniform_pressure <= tolerance and heat not in SIDEWAYS:
         return ModelLevel("point", heat, 1.0)
@@ -55,7 +55,7 @@ def cheapest(scene: Scene) -> ModelLevel:
 
 
 def on_level(scene: Scene, level: ModelLevel) -> Scene:
-    """The scene on another level. Raises SceneError where they contradict each other."""
+    """The scene on another level. Raises SceneError if they contradict each other."""
     data = scene.as_dict()
     data["model"], data["ice"]["heat"] = level.model, level.heat
     data["numerics"]["refinement"] = level.refinement
@@ -63,7 +63,7 @@ def on_level(scene: Scene, level: ModelLevel) -> Scene:
 
 
 def resolved(scene: Scene) -> Scene:
-    """The scene itself, or with `model = "auto"` on the cheapest level by the estimates."""
+    """The scene; with `model = "auto"` on the cheapest level by the estimates."""
     if scene.model != "auto":
         return scene
     return on_level(scene, cheapest(scene)._replace(refinement=scene.numerics.refinement))

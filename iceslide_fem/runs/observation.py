@@ -1,4 +1,4 @@
-"""What is seen of a sliding block after each accepted step, and by whom."""
+"""Observations of a sliding block after each accepted step, and the protocol of observers."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from iceslide_fem.output.table import HistoryRow
 
 
 class Observation(NamedTuple):
-    """The slide at its present moment, the step that led there (None at t = 0), and its row."""
+    """The sliding block at the present time, the step before (None at t = 0), and its row."""
 
     sliding: Sliding
     accepted: AcceptedStep | None
@@ -24,7 +24,7 @@ class Observation(NamedTuple):
 
     @property
     def history_row(self) -> HistoryRow:
-        """The row of `history.csv`: of several passes it says which, and its time counts rests."""
+        """The row of `history.csv`; for several passes with the pass, and time with rests."""
         load, number = self.sliding.block.scene.load, self.sliding.number
         if load.passes == 1:
             return self.row
@@ -32,12 +32,12 @@ class Observation(NamedTuple):
 
     @property
     def solved(self) -> bool:
-        """Whether the block has been solved for this moment: else it is as it was."""
+        """Whether equilibrium was solved in this step; else displacements are unchanged."""
         return self.accepted is None or self.accepted.solved
 
 
 class Observer(Protocol):
-    """Whoever looks on."""
+    """A callable that receives observations."""
 
     def __call__(self, step: Observation, /) -> None:
-        """Look at t = 0 or at an accepted step."""
+        """Handle t = 0 or an accepted step."""

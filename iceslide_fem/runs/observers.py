@@ -1,6 +1,6 @@
-"""Who looks on while a block slides: each is called with t = 0 and with every accepted step.
+"""Observers of a sliding block: each is called at t = 0 and after every accepted step.
 
-All are collective. They change nothing of what they see.
+All are collective. They do not change the simulation.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from iceslide_fem.runtime.errors import SimulationStopped
 
 
 class Watch(NamedTuple):
-    """What accompanies a run from its first equilibrium to its last step, and its folder."""
+    """Services of a run from its first equilibrium to its last step, and its folder."""
 
     out: Path
     schedule: Schedule
@@ -38,12 +38,12 @@ class Watch(NamedTuple):
 
 
 class FieldSeries:
-    """Writes `fields/` at the times that are due."""
+    """Writes `fields/` at the scheduled times."""
 
     def __init__(
         self, folder: Path, sliding: Sliding, earlier: Sequence[Mapping[str, Any]], log: Log
     ) -> None:
-        """`earlier` is the `state` of the run that goes on."""
+        """`earlier`: `state` of the run to continue."""
         scene, self._log = sliding.block.scene, log
         self._fields = BlockFields(sliding, scene.output.fields)
         self._files = Fields(folder, sliding.block.surface.comm, earlier)
@@ -55,7 +55,7 @@ class FieldSeries:
         return self._files.written
 
     def __call__(self, step: Observation) -> None:
-        """Write the fields if they are due."""
+        """Write the fields if a time is reached."""
         if self._due(step.time) and (grids := self._fields.grids(step.accepted)):
             self._files.write(step.time, grids)
             self._log("fields", time_s=step.time)
@@ -65,7 +65,7 @@ class ProbeSeries:
     """Writes a row for each probe, if there are any."""
 
     def __init__(self, table: Table | None, probes: Probes, written: int) -> None:
-        """Into a `table`, None without probes; `written` is the `state` of the run that goes on."""
+        """table: None without probes; written: `state` of the run to continue."""
         self._table, self._probes, self._written = table, probes, written
 
     def state(self) -> int:
@@ -82,7 +82,7 @@ class ProbeSeries:
 
 
 class Checkpoints:
-    """Writes checkpoints when they are due; `save` writes one at once."""
+    """Writes checkpoints at the scheduled times; `save` writes one immediately."""
 
     def __init__(
         self,
@@ -92,22 +92,22 @@ class Checkpoints:
         tables: Sequence[Table],
         watch: Watch,
     ) -> None:
-        """A checkpoint holds what `parts` give, by their names; `tables` are secured before.
+        """parts: functions that return parts of a checkpoint by name; tables: flushed before.
 
-        What they give is JSON values and this rank's own arrays.
+        Parts are JSON values and this rank's arrays.
         """
         self._folder, self._sliding, self._parts = folder, sliding, parts
         self._tables, self._comm, self._log = tables, sliding.block.surface.comm, watch.log
         self._due = Saves(watch.schedule, sliding.current.time, self._comm)
 
     def __call__(self, step: Observation) -> None:
-        """Save if it is due, at t = 0 and at the end."""
+        """Save at scheduled times, at t = 0 and at the end."""
         ends = step.time >= self._sliding.block.scene.load.sliding_time
         if self._due(step.time) or step.accepted is None or ends:
             self.save()
 
     def save(self) -> None:
-        """Write a checkpoint of the present moment."""
+        """Write a checkpoint of the present state."""
         for table in self._tables:
             table.secure()
         present = {name: state() for name, state in self._parts.items()}
@@ -116,19 +116,18 @@ class Checkpoints:
 
 
 class Stops:
-    """Ends a run that has been asked to stop, or whose time is over, with a checkpoint of its last
-    accepted step."""
+    """Stops a run on request or at its time limit, with a checkpoint of the last accepted step."""
 
     def __init__(self, sliding: Sliding, checkpoints: Checkpoints, watch: Watch) -> None:
         self._sliding, self._checkpoints, self._watch = sliding, checkpoints, watch
 
     def __call__(self, step: Observation) -> None:
-        """Raise Interrupted if a signal has come, SimulationStopped if time is over."""
+        """Raise Interrupted after a signal, SimulationStopped at the time limit."""
         if step.time < step.sliding.block.scene.load.sliding_time:
             self._heed()
 
     def refused(self, dt: float, reason: Exception) -> None:
-        """Note a trial step of `dt` (s) that was refused, and heed a signal before the next."""
+        """Log a rejected trial step of `dt` (s), and handle a signal before the next one."""
         time = self._sliding.current.time
         self._watch.log("refused", time_s=time, step_s=dt, reason=str(reason))
         self._heed()

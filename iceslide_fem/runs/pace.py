@@ -1,4 +1,4 @@
-"""How long a run may go on: to the limit that the scene gives, else until its end recedes."""
+"""Wall-clock limit of a run: that of the scene, else a stop if its remaining time keeps growing."""
 
 from __future__ import annotations
 
@@ -11,43 +11,44 @@ from iceslide_fem.runs.observation import Observation
 from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.scene import Scene
 
-WINDOW = 100  # steps over which the pace is taken
-# The end recedes where at the present pace there are so many steps left, so many times more than
-# there once were, and they would take so long (s). Steps of a run are hundreds or thousands.
+WINDOW = 100  # steps over which the pace is measured
+# A run is stopped if, at the present pace, more than this number of steps remain, this many times
+# more than the least number before, and they would take longer than this (s). Usual runs have
+# hundreds or thousands of steps.
 MANY_STEPS, GROWTH, LONG = 1e5, 3.0, 3600.0
 
 
 class TimeLimit:
-    """`numerics.time_limit`, counted from when this is made."""
+    """`numerics.time_limit`, counted from the creation of this object."""
 
     def __init__(
         self, scene: Scene, comm: MPI.Comm, clock: Callable[[], float] = monotonic
     ) -> None:
-        """`clock` gives seconds; that of rank 0 counts."""
+        """`clock`: returns seconds; rank 0's is used."""
         self._limit, self._comm, self._clock = scene.numerics.time_limit, comm, clock
         self._start = clock()
 
     def over(self) -> str:
-        """Why a run should stop now, or nothing. Collective."""
+        """Reason to stop the run now, or "". Collective."""
         if self._limit is None:
             return ""
         over = self._comm.bcast(self._clock() - self._start > self._limit)
         return f"numerics.time_limit = {self._limit:g} s is over" if over else ""
 
     def handle_signals(self, where: str) -> None:
-        """Raise SimulationStopped if time is over before sliding, and say `where`. Collective."""
+        """Raise SimulationStopped with `where` if the limit is over before sliding. Collective."""
         why = self.over()
         if why:
             raise SimulationStopped(f"the run stops before sliding, {where}: {why}")
 
 
 class Pace:
-    """Stops a run whose end recedes, unless it has a `numerics.time_limit`: an observer."""
+    """Observer that stops a run with growing remaining time, unless it has a time limit."""
 
     def __init__(
         self, sliding: Sliding, save: Callable[[], None], clock: Callable[[], float] = monotonic
     ) -> None:
-        """`save` writes a checkpoint; `clock` gives seconds."""
+        """save: writes a checkpoint; clock: returns seconds."""
         self._sliding, self._save, self._clock = sliding, save, clock
         scene = sliding.block.scene
         self._limited, self._duration = (
@@ -58,7 +59,7 @@ class Pace:
         self._steps, self._before = 0, (sliding.current.time, self._now())
 
     def __call__(self, step: Observation) -> None:
-        """Raise SimulationStopped if the run should not go on. Collective."""
+        """Raise SimulationStopped if the run should stop. Collective."""
         if self._limited or step.accepted is None or step.time >= self._duration:
             return
         self._steps += 1

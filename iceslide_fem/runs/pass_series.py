@@ -18,19 +18,18 @@ class PassSeries:
     def __init__(
         self, table: Table | None, load: Load, results: Results, earlier: dict[str, Any]
     ) -> None:
-        """In a `table`, None where there is one pass.
-
-        `results` are told the means; `earlier` is the `state` of the run that goes on, or empty.
+        """table: None for one pass; results: receive the means; earlier: `state` to continue, or
+        empty.
         """
         self._table, self._load, self._results = table, load, results
         self._now: dict[str, Any] = {"written": 0} | earlier
 
     def state(self) -> dict[str, Any]:
-        """What this pass has come to, and how many rows are written."""
+        """Sums of the present pass, and number of rows written."""
         return dict(self._now)
 
     def __call__(self, step: Observation) -> None:
-        """Enter a moment of a pass; write its row at its end."""
+        """Add an observation; write a row at the end of a pass."""
         if self._table is None:
             return
         now, row, number = self._now, step.row, step.sliding.number

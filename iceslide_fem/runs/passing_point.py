@@ -13,8 +13,8 @@ from iceslide_fem.output.table import HistoryRow
 from iceslide_fem.output.water import AMOUNTS as WATER_AMOUNTS
 from iceslide_fem.scene import Scene
 
-# Columns of a history that are means over the contact, and those that switch within none of its
-# rows' steps but at their ends; energies and water, which add up over it.
+# Columns that are means over the contact; columns that switch at ends of steps only; energies and
+# water, which are sums over the contact.
 MEANS = (
     "mu", "film_height_m", "squeezed_height_m", "surface_temperature_C", "water_below_m3",
 )  # fmt: skip
@@ -25,13 +25,12 @@ AMOUNTS = (
 
 
 def block_rows(rows: list[HistoryRow], scene: Scene) -> list[HistoryRow]:
-    """The history of a block under which ice passes, from that of one point of the ice.
+    """The history of a block on sliding ice, from that of one point of the ice.
 
-    By transit-time equivalence (docs/explanation/passing.md) ice at x from the leading edge has
-    been below the block for x / v, or since t = 0 if that is less. So with T = L / v the block's
-    mean of a value f of the point is (integral of f from 0 to t + (T - t) f(t)) / T up to T, and
-    then constant. Energies Q become (2 integral of Q from 0 to t + (T - t) Q(t)) / T, and grow by
-    Q(T) / T.
+    By transit-time equivalence (docs/explanation/passing.md) ice at x from the leading edge is
+    below the block for x / v, at most since t = 0. With T = L / v the block's mean of a point value
+    f is (integral of f from 0 to t + (T - t) f(t)) / T up to T, and then constant. Energies Q
+    become (2 integral of Q from 0 to t + (T - t) Q(t)) / T, and grow by Q(T) / T.
     """
     duration, transit = scene.load.duration, transit_time(scene)
     kind = type(rows[0])
@@ -39,8 +38,8 @@ def block_rows(rows: list[HistoryRow], scene: Scene) -> list[HistoryRow]:
     table = {name: np.array(column, dtype=float) for name, column in _columns(rows).items()}
     time = table["time_s"]
     rest = np.maximum(transit - time, 0.0)
-    whole = np.zeros_like(time)  # of mu: the work knows it better than its ends do
-    speed = scene.load.speeds.first  # it does not change where ice passes below a point
+    whole = np.zeros_like(time)  # mu from the work is more accurate than from the ends
+    speed = scene.load.speeds.first  # constant for a point on sliding ice
     whole[1:] = table["friction_work_J"][1:] / (speed * table["normal_force_N"][1:])
     amounts = (*AMOUNTS, *(name for name in reported if name in WATER_AMOUNTS))
     means = (*MEANS, *(name for name in reported if name not in WATER_AMOUNTS))
@@ -71,7 +70,7 @@ def block_rows(rows: list[HistoryRow], scene: Scene) -> list[HistoryRow]:
 
 
 def _left(table: Mapping[str, Any]) -> Any:
-    """Water that is left on the ice behind the block, m3."""
+    """Water on the ice behind the block, m3."""
     kept = table["water_squeezed_m3"] - table["water_below_m3"]
     return kept + table.get("water_brought_m3", 0.0) - table.get("water_pushed_out_m3", 0.0)
 
@@ -82,7 +81,7 @@ def _columns(rows: list[HistoryRow]) -> dict[str, tuple[float, ...]]:
 
 
 def _imbalance(row: HistoryRow) -> float:
-    """Fraction of the friction work that is found nowhere."""
+    """Error of the energy balance over the friction work."""
     found = row.ice_heat_J + row.rubber_heat_J + row.latent_heat_J
     return (row.friction_work_J - found) / row.friction_work_J if row.friction_work_J else 0.0
 

@@ -1,4 +1,4 @@
-"""One scene at a point: the same history and summary as slices and blocks."""
+"""A run at a point, with the same history and summary as slices and blocks."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ def point_history(
 ) -> tuple[list[HistoryRow], dict[str, Any]]:
     """Run `scene` at its nominal pressure; rows of `history.csv` from t = 0, and the results.
 
-    The rubber's length and width only turn stresses (Pa) into forces (N) and works (J/m2) into
-    J; contact is complete. Ice that slides is run for the time that it is below the block, and the
-    rows are the block's (`block_rows`). `observe` is called with every pass, where there are
-    several. Raises SimulationStopped where no step can be made.
+    The rubber's length and width only convert stresses (Pa) to forces (N) and J/m2 to J; contact is
+    complete. Sliding ice is simulated for the time that it is below the block, and the rows are
+    those of the block (`block_rows`). `observe` is called with every pass, if there are several.
+    Raises SimulationStopped if a step fails.
     """
     law = law_of(scene)
     if isinstance(law, AgedFilm):
-        law = law.film  # at a point the contact's age is the time (`film.aged_loading`)
+        law = law.film  # a point's contact age is the time (`film.aged_loading`)
     if scene.several_passes:
         rows, entries = passes_history(scene, law, observe)
         return rows, entries | {"energy_imbalance": rows[-1].energy_imbalance}
@@ -64,7 +64,7 @@ def _of_film(scene: Scene, law: InterfaceLaw) -> tuple[list[HistoryRow], dict[st
 
 
 def _of_law(scene: Scene, law: InterfaceLaw) -> tuple[list[HistoryRow], dict[str, Any]]:
-    """Rows and results of any law whose steps end on no event of a film."""
+    """Rows and results of a law without film events."""
     duration = exposure(scene)
     ice = ice_below(ice_model(scene), scene.ice.temperature, duration, scene.ice.solid)
     rows, end = law_pass(scene, law, ice)
@@ -72,7 +72,7 @@ def _of_law(scene: Scene, law: InterfaceLaw) -> tuple[list[HistoryRow], dict[str
     peak, melts = int(np.argmax(mu)), not np.isnan(end.melt_onset)
     thinnest = min(row.film_height_m for row in rows)
     found = []
-    if np.isfinite(thinnest):  # else friction is by a law without films
+    if np.isfinite(thinnest):  # else the law has no films
         found = doubts(thinnest, mu[peak], melts or scene.ice.is_wet)
     return rows, {
         "mu_peak": mu[peak],
@@ -88,9 +88,7 @@ def _of_law(scene: Scene, law: InterfaceLaw) -> tuple[list[HistoryRow], dict[str
 
 
 def point_doubts(conditions: Conditions, result: PointResult, number: int) -> list[str]:
-    """Warnings of one of the conditions, for its summary: mu = k eta v / (p h) is largest where h
-    is least.
-    """
+    """Warnings for the summary of one condition; mu = k eta v / (p h) is largest at least h."""
     mu = float(result.mu_peak[number])
     viscous = float(conditions.loads().viscous[number])
     thinnest = viscous / (mu * float(conditions.pressure[number]))
@@ -99,7 +97,7 @@ def point_doubts(conditions: Conditions, result: PointResult, number: int) -> li
 
 
 def point_summary(result: PointResult, number: int) -> dict[str, Any]:
-    """Entries of `summary.json` for one of the conditions, but for its energies."""
+    """Entries of `summary.json` for one condition, without energies."""
 
     def when(times: Array) -> float | None:
         return None if np.isnan(times[number]) else float(times[number])

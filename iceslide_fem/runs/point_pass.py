@@ -1,4 +1,4 @@
-"""One pass of a point over ice: its rows, step by step."""
+"""One pass of a point over ice, with a row per step."""
 
 from __future__ import annotations
 
@@ -19,8 +19,10 @@ from iceslide_fem.scene import Scene
 
 
 class PassEnd(NamedTuple):
-    """What a pass ends with: the `state` that it leaves, when ice begins to melt (s from its start,
-    NaN where none does), and how many steps were rejected.
+    """End of a pass.
+
+    state: films and ice; melt onset: s from its start, NaN without melting; rejected: number of
+    rejected steps.
     """
 
     state: InterfaceState
@@ -29,12 +31,12 @@ class PassEnd(NamedTuple):
 
     @classmethod
     def of(cls, result: PointResult) -> PassEnd:
-        """That of the one condition of a `result`."""
+        """The end of the single condition of a `result`."""
         return cls(result.state, float(result.melt_onset[0]), int(result.rejected[0]))
 
 
 def first_state(scene: Scene, law: InterfaceLaw, ice: Column | None = None) -> InterfaceState:
-    """Films on cold ice, without a heat state where there is no `ice`."""
+    """Films on cold ice; without `ice` there is no heat state."""
     log_height, squeezed, internal = law.initial(scene.initial_height, 1)
     heat = np.zeros((0, 1)) if ice is None else ice.initial(1)
     return InterfaceState(log_height, squeezed, heat, internal=internal)
@@ -48,10 +50,9 @@ def one_pass(
     start: InterfaceState | None = None,
     shown: bool = True,
 ) -> tuple[list[HistoryRow], PointResult]:
-    """Rows and result from films on cold ice, or from what `start` has left of both.
+    """Rows and result of a pass, from films on cold ice or from the state `start`.
 
-    `settings` are those of `point.simulate`; `shown`: say how far it has come. Raises
-    SimulationStopped.
+    settings: of `point.simulate`; shown: whether to show progress. Raises SimulationStopped.
     """
     duration = float(conditions.duration[0])
     aged = settings["loading"]

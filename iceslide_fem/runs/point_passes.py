@@ -1,4 +1,4 @@
-"""A point that rubs the same ice again and again: one history, and a row for each pass."""
+"""A point in repeated passes over the same ice: one history, and a row for each pass."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from iceslide_fem.scene import Scene
 def passes_history(
     scene: Scene, law: InterfaceLaw, observe: Callable[[PassRow], None]
 ) -> tuple[list[HistoryRow], dict[str, Any]]:
-    """Rows of all passes, whose energies and water count from the start of each, and the results.
+    """Rows of all passes, with energies and water from the start of each, and the results.
 
     `observe` is called with the row of every pass. Raises SimulationStopped.
     """
@@ -64,7 +64,7 @@ def passes_history(
 
 
 def _base(scene: Scene, ice: Column, heat: Array) -> float:
-    """Temperature (degC) of the ice's base; NaN of a half-space."""
+    """Temperature (degC) of the ice's base; NaN for a half-space."""
     if scene.ice.depth is None:
         return float("nan")
     return float(base_temperature(ice, heat, scene.ice.depth)[0]) - ZERO_CELSIUS
@@ -80,7 +80,7 @@ def _pass_row(
     end: PassEnd,
     ice: Column,
 ) -> PassRow:
-    """Of a pass that began at `start` (s) on ice whose surface was at `began` (K)."""
+    """Row of a pass from `start` (s), with the initial surface temperature `began` (K)."""
     mu, last = [row.mu for row in history], history[-1]
     slip = last.slip_m or 1.0
     ends = float(ice.surface_temperature(end.state.ice)[0])
@@ -103,7 +103,7 @@ def _pass_row(
 
 
 def _results(passes: list[PassRow], rows: list[HistoryRow]) -> dict[str, Any]:
-    """What the summary says of all passes."""
+    """Summary entries of all passes."""
     peak = max(passes, key=lambda one: one.mu_peak)
     highest = max(rows, key=lambda row: row.mu)
     melted = [one.start_s + one.melt_onset_s for one in passes if np.isfinite(one.melt_onset_s)]

@@ -16,14 +16,14 @@ from iceslide_fem.output.water import PointWater
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import Scene
 
-# Of a step, J/m2: what friction does and, after it, what takes it.
+# Energies of a step, J/m2: friction work, then its sinks.
 ENERGIES = ("friction_work", "ice_heat", "rubber_heat", "latent_heat")
 
 
 class PointRows:
-    """Rows of one point under `law`, one per accepted step from t = 0; forces are the block's.
+    """Rows of one point under `law`, one per accepted step from t = 0, with the block's forces.
 
-    contact_area: k at a time (s), where it follows the contact's age.
+    contact_area: k as a function of time (s), with contact age.
     """
 
     def __init__(
@@ -49,8 +49,9 @@ class PointRows:
         melting: bool = False,
         saturated: bool = False,
     ) -> None:
-        """Enter the point at `time` (s): its state, shear (Pa) and the ice's surface temperature
-        (K); `step` led there, None at t = 0.
+        """Add the point at `time` (s): state, shear (Pa) and surface temperature of the ice (K).
+
+        step: the step that ends there, None at t = 0.
         """
         area, load = self._area, self._scene.load
         dt = 0.0

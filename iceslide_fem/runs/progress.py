@@ -7,17 +7,16 @@ from iceslide_fem.runtime.progress import LongTask
 
 
 class Progress(LongTask):
-    """Context manager that shows how far a run of `total_time` (s, simulated) has come.
+    """Context manager that shows the progress of a run of `total_time` (s, simulated).
 
-    On other ranks than 0 it shows nothing. Under mpirun standard error is no terminal, so there
-    the lines are shown.
+    Only rank 0 shows it. Under mpirun standard error is no terminal, so lines are printed.
     """
 
     def __init__(self, comm_rank: int, total_time: float) -> None:
         super().__init__(total_time, comm_rank == 0)
 
     def __call__(self, step: Observation) -> None:
-        """Show t = 0 or an accepted step of a slide."""
+        """Show t = 0 or an accepted step of sliding."""
         row = step.row
         self.update(row.time_s, row.mu, row.step_s, row.newton_iterations, "sliding")
 

@@ -1,4 +1,4 @@
-"""When a run writes checkpoints and fields, and by which clock."""
+"""Times at which a run writes checkpoints and fields."""
 
 from __future__ import annotations
 
@@ -14,9 +14,11 @@ ROUNDING = 1e-9
 
 
 class Schedule(NamedTuple):
-    """When checkpoints are written: every so many seconds of the clock, and after these times of
-    the run (s). The clock, which `numerics.time_limit` goes by as well, is the one on the wall, or
-    another such as `time.process_time`."""
+    """Schedule of checkpoints: an interval of the clock (s), and times of the run (s).
+
+    The clock, also of `numerics.time_limit`, is the wall clock or, for example,
+    `time.process_time`.
+    """
 
     every: float = 60.0
     times: tuple[float, ...] = ()
@@ -24,7 +26,7 @@ class Schedule(NamedTuple):
 
 
 class Saves:
-    """Says after which steps a checkpoint is due."""
+    """Decides after which steps a checkpoint is written."""
 
     def __init__(self, schedule: Schedule, time: float, comm: MPI.Comm) -> None:
         self._every, self._clock, self._comm = schedule.every, schedule.clock, comm
@@ -32,7 +34,7 @@ class Saves:
         self._times = sorted(at for at in schedule.times if at > time)
 
     def __call__(self, time: float) -> bool:
-        """Whether one is due at `time` (s). Collective: rank 0's clock decides."""
+        """Whether to write one at `time` (s). Collective: rank 0's clock decides."""
         passed = [at for at in self._times if at <= time]
         self._times = self._times[len(passed) :]
         late = self._comm.bcast(self._clock() - self._last >= self._every)
@@ -42,25 +44,25 @@ class Saves:
 
 
 class FieldTimes:
-    """Says after which steps fields are written: the first one at or after each time."""
+    """Decides after which steps fields are written: the first at or after each time."""
 
     def __init__(
         self, times: int | float | Sequence[float], duration: float, since: float | None
     ) -> None:
         """`times` as in `scene.Output`, of a run of `duration` (s).
 
-        `since` (s) is the time of the last step done, None before t = 0.
+        since: time of the last step, s, None before t = 0.
         """
         self._times, self._duration = times, duration
         self._passed = 0 if since is None else self._count(since)
 
     def __call__(self, time: float) -> bool:
-        """Whether fields are due at `time` (s)."""
+        """Whether to write fields at `time` (s)."""
         before, self._passed = self._passed, self._count(time)
         return self._passed > before
 
     def _count(self, time: float) -> int:
-        """Times of fields up to `time`."""
+        """Number of field times up to `time`."""
         if isinstance(self._times, int):
             return 1 + int(self._times * time / self._duration) if self._times else 0
         if isinstance(self._times, float):

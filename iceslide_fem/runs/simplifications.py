@@ -1,9 +1,9 @@
-"""What a scene may neglect, estimated before anything is run: dimensionless numbers and the point.
+"""A-priori estimates of the errors of simplified model levels.
 
-Every simplification of the model ladder has a number that measures what it leaves out, and an
-estimate of how much that moves mu(t), relative. Where pressure is uneven, the film law itself
-says what that does: the point level is evaluated at the pressures of the profile expected. The
-estimates are upper bounds or first-order terms; tests hold them against runs of the levels.
+Each simplification of the model hierarchy has a dimensionless number, and an estimate of the
+relative change of mu(t). For uneven pressure the film law gives the estimate: the point model is
+evaluated at the pressures of the expected profile. Estimates are upper bounds or first-order terms;
+tests compare them with runs of the levels.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ from iceslide_fem.scene import Scene
 from iceslide_fem.scene.course import Course
 from iceslide_fem.scene.materials import Ground
 
-TIMES = 200  # at which mu(t) is compared
+TIMES = 200  # number of times at which mu(t) is compared
 PLACES = 12  # Gauss points along the block
-ACCURACY, OWN_ACCURACY = 1e-3, 1e-2  # of the point level that is evaluated, under other laws
-NO_FRICTION = 1e-6  # a coefficient of friction that counts as none
-LIFTED = 1e-3  # fraction of the nominal pressure left where an edge has lifted off
+ACCURACY, OWN_ACCURACY = 1e-3, 1e-2  # tolerance of the evaluated point model: film law, other laws
+NO_FRICTION = 1e-6  # friction coefficient that counts as 0
+LIFTED = 1e-3  # fraction of the nominal pressure at a lifted edge
 
 
 class Simplification(NamedTuple):
-    """A simplification, its dimensionless number, and the relative change of mu(t) it makes."""
+    """A simplification, its dimensionless number, and its relative change of mu(t)."""
 
     name: str
     number: float
@@ -43,7 +43,7 @@ class Simplification(NamedTuple):
 
 
 class Simplifications(NamedTuple):
-    """Everything that a level may neglect; the last is neglected by all of them."""
+    """All simplifications; every level makes the last one."""
 
     closed_form: Simplification
     compression: Simplification
@@ -55,15 +55,15 @@ class Simplifications(NamedTuple):
 
     @property
     def uniform_pressure(self) -> float:
-        """Relative change of mu(t) by all that makes the pressure uneven: what a point neglects."""
+        """Relative change of mu(t) by uneven pressure, which a point neglects."""
         return self.compression.effect + self.confinement.effect + self.bending.effect
 
 
 def simplifications(scene: Scene) -> Simplifications:
-    """Estimates for `scene`, whatever its model. Takes some tenths of a second.
+    """Estimates for `scene`, for any model. Takes some tenths of a second.
 
-    Loads that go in time are taken at their means. Raises SimulationStopped where the scene's law
-    cannot be advanced, SceneError where it is none.
+    Loads that change in time are replaced by their means. Raises SimulationStopped if the law fails
+    in a step, SceneError if it is invalid.
     """
     rubber, load, constants = scene.rubber, scene.load, scene.mooney_rivlin
     L, W, H, v = rubber.length, rubber.width, rubber.height, load.speeds.mean
@@ -74,8 +74,8 @@ def simplifications(scene: Scene) -> Simplifications:
 
     places, weights = np.polynomial.legendre.leggauss(PLACES)
     weights = 0.5 * weights
-    # Rubber that cannot flow out evenly is pressed harder in the middle: p'' = -const below a
-    # bonded layer that slips on the ice, limited by its compressibility.
+    # Confined rubber has a higher pressure in the middle: p'' = -const below a bonded layer that
+    # slips on ice, limited by its compressibility.
     limit = sqrt(3.0 * G / K) * L / (2.0 * H)
     squeezed = (
         (L / (4.0 * H)) ** 2 * max(nu, 0.0) / (1.0 - nu) * 3.0 * (limit - tanh(limit)) / limit**3
@@ -90,7 +90,7 @@ def simplifications(scene: Scene) -> Simplifications:
 
     strain = load.pressures.largest / constants.youngs_modulus
 
-    # A plate that stays parallel takes half of the moment tau H, the pressure on the ice the rest.
+    # A parallel plate takes half of the moment tau H, the pressure on the ice takes the rest.
     tilt = 3.0 * float(mu.max()) * H / L
     bent = 1.0 + tilt * places
     lifted, bent = bent <= LIFTED, np.maximum(bent, LIFTED)
@@ -100,13 +100,13 @@ def simplifications(scene: Scene) -> Simplifications:
     confinement_effect = _largest(confined @ weights, alone)
     bending_effect = _largest(bending @ weights, alone)
     uneven = strain + confinement_effect + bending_effect
-    # Heat that leaves the edges of a warm patch sideways, over that which goes down.
+    # Lateral heat loss at the edges of a warm patch, over the heat downwards.
     fraction = sqrt(pi * scene.ice.solid.diffusivity * heated) * (1.0 / L + 1.0 / W)
     exchanged = 1.0
-    if not sliding and scene.ice.margin == 0.0:  # insulated sides: heat only evens out
+    if not sliding and scene.ice.margin == 0.0:  # insulated sides: no lateral loss
         exchanged = float(np.max(np.std(bending / alone[:, None], axis=1))) + strain
     slope = float(np.max(np.abs(np.gradient(np.log(mu), times))))
-    # Of first order: the kink of mu(t) at melt onset sets the block swinging.
+    # First order: the kink of mu(t) at melt onset makes the block oscillate.
     inertia = 2.0 * H * sqrt(rubber.density / G) * slope / pi
     return Simplifications(
         Simplification("closed-form flux", closed_form, "point with it against point", closed_form),
@@ -134,7 +134,7 @@ def _friction(
     if not (law := law_of(scene)).has_film:
         return _friction_without_film(scene, law, pressure, duration, times, ice)
     acting = pressure if scene.film.pressure == "local" else np.full_like(fractions, nominal)
-    acting = np.clip(acting, *RANGES["pressure"][:2])  # where an edge has all but lifted off
+    acting = np.clip(acting, *RANGES["pressure"][:2])  # at a nearly lifted edge
     k, D, H_V, _ = scene.contact_parameters(acting)
     age = contact_age(scene)
     conditions = Conditions.of(
@@ -170,7 +170,7 @@ def _friction_without_film(
     times: Array,
     ice: str | Ground,
 ) -> Array:
-    """The same under a law without a film, at least that of `NO_FRICTION`."""
+    """The same under a law without a film, at least with the coefficient `NO_FRICTION`."""
     cold = scene.ice.temperature
     walk = moments(
         law,

@@ -1,4 +1,4 @@
-"""What the summary of a sliding block says, collected while it slides."""
+"""The summary of a sliding block, collected during the run."""
 
 from __future__ import annotations
 
@@ -13,30 +13,30 @@ from iceslide_fem.output.history import outside_table, thinnest_film
 from iceslide_fem.rubber.failure import FOLDED, TIPPED
 from iceslide_fem.runs.observation import Observation
 
-# From here on what a run gives is doubtful, and its summary says so.
-LARGEST_IMBALANCE = 0.01  # of the energies, over the friction work
+# Thresholds of warnings in the summary.
+LARGEST_IMBALANCE = 0.01  # error of the energy balance over the friction work
 LARGEST_OUTSIDE = 0.1  # fraction of the contact area outside the table of k, D and H_V
 
 
 class Results:
-    """What the summary says of a history, collected row by row: an observer."""
+    """Observer that collects the summary row by row."""
 
     def __init__(self) -> None:
         self.rows: list[tuple[float, float]] = []
         self.melt_onset: float | None = None
         self.saturation: float | None = None
-        self.peak, self.peak_time = -math.inf, 0.0  # of mu, and when (s)
+        self.peak, self.peak_time = -math.inf, 0.0  # of mu, and its time (s)
         self.rejected = self.iterations = self.dofs = 0
         self.imbalance = 0.0
         self.outside_table_fraction = 0.0
         self.sipe_opening = math.inf
-        self.bottom, self.sides = 1.0, 0.0  # smallest and largest of the run's postures
+        self.bottom, self.sides = 1.0, 0.0  # least bottom contact, largest side load
         self.thinnest_film = math.inf
-        self.passes, self.last_pass = 0, math.nan  # how many are over, and mean mu of the last one
-        self.dry = self.wet = False  # whether the law has dry friction; ice that brings water
+        self.passes, self.last_pass = 0, math.nan  # finished; mean mu of the last
+        self.dry = self.wet = False  # whether the law has dry friction; whether ice is wet
 
     def __call__(self, step: Observation) -> None:
-        """Enter t = 0 or an accepted step. Collective."""
+        """Add t = 0 or an accepted step. Collective."""
         row, block, now = step.row, step.sliding.block, step.history_row.time_s
         if row.mu > self.peak:
             self.peak, self.peak_time = row.mu, now
@@ -63,11 +63,11 @@ class Results:
         return vars(self).copy()
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Go on from what was collected."""
+        """Restore what was collected."""
         vars(self).update(state, rows=[tuple(row) for row in state["rows"]])
 
     def entries(self) -> dict[str, Any]:
-        """Entries of `summary.json` that follow from the history; none if it has no row."""
+        """Entries of `summary.json` from the history; empty without rows."""
         if not self.rows:
             return {}
         time, mu = np.array(self.rows).T  # sliding time, without rests
@@ -92,7 +92,7 @@ class Results:
         }
 
     def _warnings(self) -> list[str]:
-        """What makes these results doubtful, a sentence each."""
+        """Warnings on these results."""
         found = []
         if not abs(self.imbalance) <= LARGEST_IMBALANCE:
             found.append(
@@ -112,7 +112,7 @@ class Results:
                 f"at the end {self.outside_table_fraction:.0%} of the contact area was under "
                 "pressures that the table of k, D and H_V does not cover: its nearest end was taken"
             )
-        if math.isfinite(self.thinnest_film):  # else friction is by another law
+        if math.isfinite(self.thinnest_film):  # else the law has no film
             melts = self.wet or self.melt_onset is not None
             largest = max(mu for _, mu in self.rows)
             found += doubts(self.thinnest_film, largest, melts, self.dry)

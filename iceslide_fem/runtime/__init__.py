@@ -1,4 +1,4 @@
-"""What every part stands on: arrays, units, errors, files, tables, ranks, the terminal.
+"""Basis of all parts: arrays, units, errors, files, tables, ranks, the terminal.
 
-Knows nothing of rubber or ice, and imports nothing of the package.
+It has no physics, and imports nothing of the package.
 """

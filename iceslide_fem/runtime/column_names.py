@@ -1,8 +1,8 @@
-"""What the name of a column says: a label, and the unit that its end stands for."""
+"""Names of columns: a label, and a unit as suffix."""
 
 from __future__ import annotations
 
-# Endings of names, without the underscore before them, and their units.
+# Suffixes of names (after the underscore), and their units.
 UNITS = {
     "J_per_kg_K": "J/(kg K)",
     "W_per_m_K": "W/(m K)",
@@ -33,7 +33,7 @@ _LONGEST_FIRST = sorted(UNITS, key=len, reverse=True)
 def label_and_unit(column: str) -> tuple[str, str]:
     """Label and unit of a `column`: "film_height_m" is ("film height", "m").
 
-    The unit is "1" where the name ends in none: of a pure number, a text or a count.
+    The unit is "1" without a suffix: for a pure number, a text or a count.
     """
     for ending in _LONGEST_FIRST:
         name = column.removesuffix(f"_{ending}")

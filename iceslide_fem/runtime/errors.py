@@ -1,42 +1,42 @@
-"""What can go wrong for a person at the keyboard, each said in one sentence."""
+"""Errors shown to the user, each in one sentence."""
 
 from __future__ import annotations
 
 
 class IceslideError(Exception):
-    """Base of the errors that are shown as one sentence; `exit_code` ends the command."""
+    """Base of errors shown as one sentence; `exit_code` is that of the command."""
 
     exit_code = 1
 
     def __str__(self) -> str:
-        """The sentence on one line: a name in it may hold line ends or a terminal's commands."""
+        """The sentence on one line, without line ends and control characters of names in it."""
         text = super().__str__()
         return "".join(letter if letter.isprintable() else " " for letter in text)
 
 
 class SceneError(IceslideError):
-    """The input is wrong: nothing has been started or written."""
+    """The input is invalid; nothing was started or written."""
 
     exit_code = 2
 
 
 class SimulationStopped(IceslideError):
-    """A run could not go on for a physical or numerical reason, which the message names."""
+    """A run stopped for a physical or numerical reason, given in the message."""
 
     exit_code = 3
 
 
 class OutputError(IceslideError):
-    """A file cannot be written (the disk is full, say); raised on the rank that writes it."""
+    """A file cannot be written (for example, the disk is full); raised on the writing rank."""
 
     exit_code = 3
 
 
 class Interrupted(IceslideError):
-    """A run was asked to stop, and has left a checkpoint."""
+    """A run was stopped on request, with a checkpoint."""
 
     exit_code = 4
 
 
 class NotConverged(ArithmeticError):
-    """An iteration found nothing (equilibrium, temperature); a shorter step may help."""
+    """An iteration did not converge (equilibrium, temperature); a shorter step may help."""

@@ -1,4 +1,4 @@
-"""Files: which may be read; written ones are whole at any moment; what is said if one cannot be."""
+"""Files: checks of readable files, atomic writing, and error messages."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from iceslide_fem.runtime.errors import OutputError, SceneError
 
 
 def is_regular(path: Path) -> bool:
-    """Whether `path` is a regular file that can be looked at."""
+    """Whether `path` is an accessible regular file."""
     try:
         return path.is_file()
-    except (OSError, ValueError):  # a name too long, a folder one may not look into
+    except (OSError, ValueError):  # a name too long, or a folder without permission
         return False
 
 
 def check_regular(path: Path, what: str) -> None:
-    """Raise SceneError if `path`, of which the message speaks as `what`, is no regular file."""
+    """Raise SceneError if `path` is not a regular file; what: its name in the message."""
     try:
         special = path.exists() and not path.is_file()
-    except (OSError, ValueError) as error:  # a name that no file can have
+    except (OSError, ValueError) as error:  # an invalid file name
         raise SceneError(
             f"cannot read {what} {path}: {getattr(error, 'strerror', error)}"
         ) from None
@@ -32,7 +32,7 @@ def check_regular(path: Path, what: str) -> None:
 
 
 def check_writable(out: Path) -> None:
-    """Raise SceneError if `out` is not, or cannot become, a directory one may write to."""
+    """Raise SceneError if `out` is not, or cannot become, a writable directory."""
     try:
         existing = next(path for path in (out, *out.absolute().parents) if path.exists())
     except (OSError, ValueError) as error:  # a name too long, or with a null character
@@ -52,10 +52,10 @@ def writing(path: Path | str) -> Iterator[None]:
 
 @contextlib.contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Where to write a new `path`, which takes its place when all is written.
+    """Temporary file that replaces `path` when all is written.
 
-    Raises OutputError (the disk is full, say); the old file then stays and nothing is left beside
-    it.
+    Raises OutputError (for example, the disk is full); the old file then stays, and the temporary
+    file is removed.
     """
     temporary = path.with_name(path.name + ".part")
     with writing(path):
@@ -68,8 +68,9 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 def replace_file(path: Path, content: str | bytes) -> None:
-    """Write the file so that at any time, also after a loss of power, the old or the new one is
-    complete. Raises OutputError, as `replacing`.
+    """Write the file atomically: even after a loss of power the old or the new one is complete.
+
+    Raises OutputError, as `replacing`.
     """
     data = content.encode() if isinstance(content, str) else content
     with replacing(path) as temporary, open(temporary, "wb") as file:
@@ -79,9 +80,9 @@ def replace_file(path: Path, content: str | bytes) -> None:
 
 
 def replace_end(path: Path, at: int, content: bytes) -> None:
-    """Write `content` over what the file has from byte `at` on, all at once.
+    """Replace the end of the file from byte `at` on by `content`, in one write.
 
-    Raises OutputError; the file then is what it was.
+    Raises OutputError; the file is then unchanged.
     """
     with writing(path), open(path, "r+b", buffering=0) as file:
         file.seek(at)

@@ -1,8 +1,8 @@
-"""The folder that a command writes to: one rule for all commands of what may be replaced there.
+"""Output folders of all commands, and the rule for replacing results.
 
-A folder is free if it is new or empty. A folder with results is refused unless they are of the same
-thing (a repeat) or `--force` is given; then all of them go, whoever wrote them. A folder that holds
-anything else is refused in any case. While a command writes, no other can.
+A new or empty folder is free. A folder with results is refused unless they have the same input (a
+repeat) or `--force` is given; then all results in it are removed. A folder with anything else is
+always refused. Only one command can write to a folder at a time.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from iceslide_fem.runtime.files import check_writable, writing
 
 try:
     import fcntl
-except ImportError:  # not on Windows: there nothing keeps two runs out of one folder
+except ImportError:  # not on Windows, where folders are not locked
     fcntl = None  # type: ignore[assignment]
 
 LOCK = ".lock"
-# What each command writes, as patterns of names in its folder.
+# Output of each command, as patterns of file names.
 RESULTS = {
     "run": (
-        "checkpoint",  # first: without it nobody goes on with a run that is half removed
+        "checkpoint",  # first, so that no run continues from half-removed results
         "checkpoint.*",
         "finished",
         "summary.json",
@@ -87,7 +87,7 @@ RESULTS = {
     ),
 }
 FOLDERS = ("fields", "cases", "scenes", "point_*", "slice_*", "block_*")
-# May lie beside results, and stays: scenes, and what a queue or a sweep writes down.
+# Allowed beside results, and kept: scenes, and files of a queue or a sweep.
 BESIDE = ("*.toml", "*.log", "log.txt", "slurm-*", ".*")
 
 
@@ -96,9 +96,9 @@ def check_folder(
 ) -> None:
     """Raise SceneError, and touch nothing, if `out` may not be written to.
 
-    same: called where there are results; what they are, as the end of "OUT holds ...", or None if
-    they are of the same thing and may be replaced. reads: files that the command takes, which
-    never go as results of an earlier one.
+    same: called if there are results; it returns their description for "OUT holds ...", or None if
+    they have the same input and may be replaced. reads: input files of the command, which are never
+    removed.
     """
     check_writable(out)
     if not out.is_dir():
@@ -108,7 +108,7 @@ def check_folder(
     if foreign:
         more = f" and {len(foreign) - 1} more" if len(foreign) > 1 else ""
         raise SceneError(
-            f"{out} holds what is no result of this program ({foreign[0]}{more}): give another "
+            f"{out} holds other files than results ({foreign[0]}{more}): give another "
             "folder with --out"
         )
     results = results_in(out)
@@ -136,9 +136,9 @@ def claimed(
     force: bool = False,
     reads: Sequence[Path] = (),
 ) -> Iterator[None]:
-    """Keep `out` for this process alone, after `check_folder`; on one rank only.
+    """Lock `out` for this process, after `check_folder`; on one rank only.
 
-    The folder is made, and goes again if nothing has been written to it. Raises SceneError.
+    The folder is created, and removed if nothing was written to it. Raises SceneError.
     """
     check_folder(out, same, force, reads)
     made = [path for path in (out, *out.absolute().parents) if not path.exists()]
@@ -146,7 +146,7 @@ def claimed(
         out.mkdir(parents=True, exist_ok=True)
     try:
         with _locked(out):
-            check_folder(out, same, force, reads)  # it may have changed before the lock was there
+            check_folder(out, same, force, reads)  # again: it may have changed before the lock
             yield
     finally:
         with contextlib.suppress(OSError):  # not empty
@@ -155,7 +155,7 @@ def claimed(
 
 
 def other_case(file: str, case: Mapping[str, Any], out: Path) -> str | None:
-    """What the results in `out` are, unless of what `case` in its JSON `file` says; for `same`."""
+    """Description of results in `out` if their JSON `file` differs from `case`; for `same`."""
     try:
         there = json.loads((out / file).read_bytes())["case"]
         changed = [key for key in {**there, **case} if there.get(key) != case.get(key)]
@@ -168,13 +168,13 @@ def other_case(file: str, case: Mapping[str, Any], out: Path) -> str | None:
 
 
 def results_in(out: Path) -> list[Path]:
-    """All results in `out`, of whichever command."""
+    """All results in `out`, of any command."""
     with _reading(out):
         return [path for pattern in _patterns() for path in sorted(out.glob(pattern))]
 
 
 def clear_results(out: Path, keep: Sequence[str] = ()) -> None:
-    """Remove all results in `out`, but what is called as in `keep`. Raises OutputError."""
+    """Remove all results in `out` except names in `keep`. Raises OutputError."""
     with writing(out):
         for path in results_in(out):
             if any(path.match(pattern) for pattern in keep):
@@ -184,12 +184,12 @@ def clear_results(out: Path, keep: Sequence[str] = ()) -> None:
             else:
                 path.unlink(missing_ok=True)
             if path.parent != out:
-                with contextlib.suppress(OSError):  # something else is in it
+                with contextlib.suppress(OSError):  # it has other files
                     path.parent.rmdir()
 
 
 def _is_known(path: Path) -> bool:
-    """Whether what lies in a folder is a result, or may lie beside results."""
+    """Whether a file is a result, or allowed beside results."""
     if path.is_dir() and not path.name.startswith("."):
         return any(path.match(pattern) for pattern in FOLDERS)
     return any(path.match(pattern) for pattern in (*_patterns(), *BESIDE))
@@ -209,7 +209,7 @@ def _reading(out: Path) -> Iterator[None]:
 
 @contextlib.contextmanager
 def _locked(out: Path) -> Iterator[None]:
-    """Hold the lock of `out`. The system lets go of it when this process ends, however it ends."""
+    """Hold the lock of `out`. The system releases it when this process ends in any way."""
     path = out / LOCK
     if fcntl is None:
         yield
@@ -232,9 +232,9 @@ def _locked(out: Path) -> Iterator[None]:
         with contextlib.suppress(OSError):
             if os.fstat(file.fileno()).st_ino == path.stat().st_ino:
                 break
-        file.close()  # its holder has just removed it: a lock on nothing
+        file.close()  # its holder has just removed it: the lock is void
     with file:
-        with contextlib.suppress(OSError):  # a full disk: who it is need not be said
+        with contextlib.suppress(OSError):  # a full disk: the holder's name is optional
             file.truncate(0)
             file.write(f"process {os.getpid()} on {platform.node()}")
             file.flush()

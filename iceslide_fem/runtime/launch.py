@@ -1,4 +1,4 @@
-"""How a command was started: its rank, known before MPI is imported, and signals that end it."""
+"""How a command is started: its rank before MPI is imported, and its signals."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SECONDS_TO_BE_HEARD = 1.0
 
 @contextlib.contextmanager
 def termination_as_interrupt() -> Iterator[None]:
-    """SIGTERM (a queue's time limit) as KeyboardInterrupt, so that what is running is ended."""
+    """Convert SIGTERM (a queue's time limit) to KeyboardInterrupt, so child processes end."""
 
     def interrupt(*_: object) -> NoReturn:
         raise KeyboardInterrupt
@@ -31,10 +31,10 @@ def termination_as_interrupt() -> Iterator[None]:
 
 @contextlib.contextmanager
 def imports_that_stay() -> Iterator[None]:
-    """For what a command imports: all of it lives as long as the process.
+    """Exclude imported modules from garbage collection: they live as long as the process.
 
-    The garbage collector would look through it again and again, for a tenth of a short command.
-    Once in a process, as what is rubbish then stays, too.
+    Their collection takes a tenth of a short command. Use it once per process, because garbage of
+    that time is also kept.
     """
     if gc.get_freeze_count() or not gc.isenabled():
         yield
@@ -52,21 +52,21 @@ _SIZES = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE")
 
 
 def started_by_mpirun() -> bool:
-    """Whether mpirun has started this process, alone or with others."""
-    # A process that has started MPI by itself leaves PMIX_RANK to its children.
+    """Whether mpirun has started this process."""
+    # Children of a process that started MPI itself inherit PMIX_RANK.
     tasks = int(os.environ.get("SLURM_STEP_NUM_TASKS", "1")) if "PMIX_RANK" in os.environ else 1
     return tasks > 1 or any(name in os.environ for name in _SIZES)
 
 
 def rank() -> int:
-    """This process's rank, from what mpirun sets; without importing MPI."""
+    """Rank of this process from mpirun's environment, without importing MPI."""
     return next((int(os.environ[name]) for name in _RANKS if name in os.environ), 0)
 
 
 def stop_all_ranks(exit_code: int) -> None:
-    """End all ranks, if there are others: they would wait for ever for this one, which failed.
+    """End all ranks, if there are others: they would wait for ever for this failed rank.
 
-    Only after mpirun has had the time to pass on what was said: it drops what it still holds.
+    It waits until mpirun has forwarded the output, which it would otherwise drop.
     """
     if "mpi4py.MPI" in sys.modules:
         from mpi4py import MPI
@@ -77,19 +77,19 @@ def stop_all_ranks(exit_code: int) -> None:
             MPI.COMM_WORLD.Abort(exit_code)
 
 
-# One thread per process: BLAS and OpenMP would else take all cores in each of them. And no binding:
-# two runs at once would share the first cores.
+# One thread per process; else BLAS and OpenMP take all cores in each process. No binding; else two
+# simultaneous runs share the first cores.
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS")
 _BINDING = ("OMPI_MCA_hwloc_base_binding_policy", "PRTE_MCA_hwloc_default_binding_policy")
 
 
 def environment_of_one() -> dict[str, str]:
-    """Environment of a process that is one of several beside each other."""
+    """Environment of one of several simultaneous processes."""
     return os.environ | dict.fromkeys(_ONE_THREAD, "1") | dict.fromkeys(_BINDING, "none")
 
 
 def on_one_process(command: Callable[..., None]) -> Callable[..., None]:
-    """The command for rank 0; the others have nothing to do."""
+    """Decorator: run a command on rank 0 only."""
 
     @functools.wraps(command)
     def alone(*args: Any, **options: Any) -> None:

@@ -1,4 +1,4 @@
-"""What the machine has."""
+"""Cores and memory of the machine."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ import psutil
 
 
 def available_cores() -> int:
-    """How many cores this process may use."""
+    """Number of cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):  # on Linux
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
 def memory_of_machine() -> float:
-    """Bytes that processes here may have: the machine's, or less where its system allots less."""
+    """Memory available to processes, bytes: that of the machine, or a lower system limit."""
     memory = float(psutil.virtual_memory().total)
     try:
         return min(memory, float(Path("/sys/fs/cgroup/memory.max").read_text()))

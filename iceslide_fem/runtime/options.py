@@ -1,4 +1,4 @@
-"""Options that several commands have, each written once; nothing heavy is imported here."""
+"""Options shared by several commands; nothing heavy is imported here."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from iceslide_fem.runtime.errors import SceneError
 
 
 def _folder(text: str) -> Path:
-    """The folder that an option names; typer would take "" for the present one."""
+    """The folder of an option; "" is refused (typer would use the present folder)."""
     if not text.strip():
         raise SceneError('a folder has a name; given: ""')
     return Path(text)
@@ -23,7 +23,7 @@ def folder_option(text: str) -> Any:
 
 
 def option(metavar: str, text: str, default: str = "") -> Any:
-    """An option whose `Text` is checked later, with all others of its command."""
+    """An option whose text is validated later, together with the others of its command."""
     shown = f" [dim]\\[default: {default}][/dim]" if default else ""
     return typer.Option(metavar=metavar, help=text + shown, show_default=False)
 

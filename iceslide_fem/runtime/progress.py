@@ -1,7 +1,7 @@
-"""How far a long task has come: a bar in a terminal, in a notebook one line that changes, else a
-line every few seconds.
+"""Progress of a long task: a bar in a terminal, one updated line in a notebook, else a line every
+few seconds.
 
-Nothing is shown of a task that takes a moment only.
+Nothing is shown of a short task.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ SECONDS_BETWEEN_REFRESHES = 0.2
 
 
 class LongTask:
-    """Context manager that shows how much of `total` is done, on standard error."""
+    """Context manager that shows progress towards `total`, on standard error."""
 
     def __init__(self, total: float, shown: bool = True) -> None:
         self.total = total
         self._shown = shown
-        self._first = 0.0  # how much was done before this part began
+        self._first = 0.0  # done before this part
         self._bar: Any = None
         self._cell: _Cell | None = None
         self._start = self._last = monotonic()
@@ -32,11 +32,11 @@ class LongTask:
         return self
 
     def go_on(self, done: float) -> None:
-        """Begin at `done`, which an earlier part of the task has reached."""
+        """Start at `done`, reached by an earlier part of the task."""
         self._first, self._start = done, monotonic()
 
     def show(self, done: float, where: str, *words: str) -> None:
-        """Show how much is `done`, as `where` says it, and other `words`."""
+        """Show the amount `done`, its description `where`, and other `words`."""
         now = monotonic()
         if not self._shown:
             return
@@ -69,7 +69,7 @@ class LongTask:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        # A bar left open at exit has ended a parallel run in an abort elsewhere.
+        # A bar left open at exit can abort a parallel run.
         if self._bar is not None:
             self._bar.stop()
         if self._cell is not None and error is None:
@@ -83,19 +83,19 @@ class LongTask:
 
 
 def in_notebook() -> bool:
-    """Whether this is a kernel of a notebook; IPython is not imported to find that out."""
+    """Whether this is a notebook kernel, without importing IPython."""
     ipython = sys.modules.get("IPython")
     return ipython is not None and hasattr(ipython.get_ipython(), "kernel")
 
 
 class _Cell:
-    """A line of a notebook's output that is replaced by the next one."""
+    """An output line of a notebook that the next one replaces."""
 
     def __init__(self) -> None:
         self._handle: Any = None
 
     def show(self, line: str) -> None:
-        """Show `line` instead of the one before it."""
+        """Replace the line by `line`."""
         from IPython.display import display
 
         content = {"text/plain": line}
@@ -106,7 +106,7 @@ class _Cell:
 
 
 def _bar(total: float) -> Any:
-    """A bar that keeps the time left where the terminal is narrow: the other words give way."""
+    """A bar that shortens other words first in a narrow terminal, not the remaining time."""
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn
     from rich.table import Column

@@ -1,4 +1,4 @@
-"""What ranks do together: one does a task for all, and where one fails alone none waits for it."""
+"""Tasks of ranks: one rank works for all, and a failure of one rank does not block the others."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from iceslide_fem.runtime import errors
 from iceslide_fem.runtime.errors import IceslideError
 from iceslide_fem.runtime.launch import stop_all_ranks
 
-PATIENCE = 3.0  # s, how long a rank that failed waits for the others to fail as well
+PATIENCE = 3.0  # s, time that a failed rank waits for the others to fail, too
 _Result = TypeVar("_Result")
 
 
 def from_root(task: Callable[[], _Result], comm: Any) -> _Result:
-    """Result of a task that only rank 0 runs, on every rank, after it has ended. Collective.
+    """Result, on every rank, of a task that only rank 0 runs. Collective.
 
-    What rank 0 raises is raised on every rank. `comm` None: there is one rank.
+    An error on rank 0 is raised on every rank. `comm` None: one rank.
     """
     if comm is None or comm.size == 1:
         return task()
@@ -29,10 +29,7 @@ def from_root(task: Callable[[], _Result], comm: Any) -> _Result:
 
 
 def together(task: Callable[[], _Result], comm: Any) -> _Result:
-    """Result of a task that every rank runs, or on all of them what the first one raises that does.
-
-    Collective.
-    """
+    """Result of a task that every rank runs; all ranks raise the first rank's error. Collective."""
     fault: tuple[str, str] | None = None
     original: Exception | None = None
     try:
@@ -50,13 +47,12 @@ def together(task: Callable[[], _Result], comm: Any) -> _Result:
 
 @contextlib.contextmanager
 def failing_together(comm: Any, note: Callable[[Exception], None] | None = None) -> Iterator[None]:
-    """Let an error pass that all ranks have; end all ranks where one has it alone.
+    """Propagate an error that all ranks have; end all ranks if only one has it.
 
-    Others would wait for that one for ever, in whatever they do together. It says what it failed
-    of, on its own standard error, and `note` is called with it; of an error that all have, rank
-    0 calls `note`. Collective at its beginning.
+    The other ranks would wait for ever for the failed rank. It prints its error, and calls `note`
+    with it. If all ranks fail, rank 0 calls `note`. Collective at its start.
     """
-    others = comm.Dup()  # of its own, so that no other message can be taken for this question
+    others = comm.Dup()  # separate, so other messages cannot be mistaken for this one
     try:
         yield
     except Exception as error:
@@ -75,7 +71,7 @@ def failing_together(comm: Any, note: Callable[[Exception], None] | None = None)
 
 
 def _all_arrive(comm: Any) -> bool:
-    """Whether all ranks come here within PATIENCE."""
+    """Whether all ranks arrive here within PATIENCE."""
     request, end = comm.Ibarrier(), time.monotonic() + PATIENCE
     while not request.Test():
         if time.monotonic() > end:

@@ -1,4 +1,4 @@
-"""What a command prints to: a screen that is gone, full or speaks another alphabet ends no run."""
+"""Standard output of commands: a closed, full or limited terminal does not stop a run."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ STANDARD_STREAMS = (0, 1, 2)
 
 
 class _Patient:
-    """A text stream that keeps silent after its first fault, which stays in `fault`."""
+    """A text stream that discards output after its first error, stored in `fault`."""
 
     def __init__(self, stream: Any) -> None:
         self._stream = stream
         self.fault: OSError | None = None
         if hasattr(stream, "reconfigure"):
-            stream.reconfigure(errors="replace")  # a letter that the terminal does not know
+            stream.reconfigure(errors="replace")  # characters outside the terminal's encoding
 
     def write(self, text: str) -> int:
-        """Write `text`, or nothing if that is no longer possible."""
+        """Write `text`, or discard it after an error."""
         self._try(lambda: self._stream.write(text))
         return len(text)
 
     def flush(self) -> None:
-        """Pass on what has been written."""
+        """Flush the stream."""
         self._try(self._stream.flush)
 
     def _try(self, act: Callable[[], object]) -> None:
@@ -37,7 +37,7 @@ class _Patient:
             act()
         except OSError as fault:
             self.fault = fault
-            # What is still held goes nowhere, also when the interpreter ends.
+            # Discard buffered output, also at the interpreter's exit.
             with open(os.devnull, "w") as nowhere, contextlib.suppress(OSError):
                 os.dup2(nowhere.fileno(), self._stream.fileno())
 
@@ -47,11 +47,11 @@ class _Patient:
 
 @contextlib.contextmanager
 def patient_screen() -> Iterator[list[OSError]]:
-    """Standard output and error that outlast their reader; the faults that came, as they come.
+    """Make standard output and error survive a closed reader; yields the list of faults.
 
-    A reader that has gone (`| head`) is none.
+    A reader that has ended (`| head`) is not a fault.
     """
-    for number in STANDARD_STREAMS:  # or a file of the run would take a closed one's number
+    for number in STANDARD_STREAMS:  # else a file of the run could get a closed descriptor
         try:
             os.fstat(number)
         except OSError:
@@ -67,7 +67,7 @@ def patient_screen() -> Iterator[list[OSError]]:
 
 
 def show_figures(figures: Iterable[tuple[str, str]]) -> None:
-    """Print what a command found: a line of a table for each name and its value."""
+    """Print results: one table line for each name and value."""
     from rich.console import Console
     from rich.table import Table
 
@@ -78,6 +78,6 @@ def show_figures(figures: Iterable[tuple[str, str]]) -> None:
 
 
 def show_notes(warnings: Iterable[str]) -> None:
-    """Print what a user should know of a result that stands."""
+    """Print notes on a valid result."""
     for warning in warnings:
         print(f"Note: {warning}.")

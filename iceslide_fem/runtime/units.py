@@ -7,16 +7,16 @@ from functools import cache, lru_cache
 
 import pint
 
-# Of pressure as people write them; case does not tell them apart, but for mPa.
+# Units of pressure as people write them; case matters for mPa only.
 _PRESSURES = {"pa": "Pa", "hpa": "hPa", "kpa": "kPa", "mpa": "MPa", "bar": "bar", "mbar": "mbar"}
 _PRESSURES |= {"psi": "psi", "n/cm^2": "N/cm^2", "n/mm^2": "N/mm^2", "kp/cm^2": "kgf/cm^2"}
 ZERO_CELSIUS = 273.15  # K
-LONGEST = 100  # letters of a quantity
+LONGEST = 100  # characters of a quantity
 _NUMBER_AND_UNIT = re.compile(
     r"\s*([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)\s*(.*?)\s*"
 )
-# Pint evaluates arithmetic in a unit, 9**9**9 for ever: names, 1, products, quotients, brackets and
-# exponents of one digit are all that may stand there.
+# Pint evaluates arithmetic in units, and 9**9**9 never ends. Only names, 1, products, quotients,
+# brackets and one-digit exponents are allowed.
 _PART = re.compile(
     r"(?P<power>\s*(?:\^|\*\*)\s*[+-]?[0-9](?![\w.])|⁻?[⁰¹²³⁴⁵⁶⁷⁸⁹])"
     r"|[A-Za-z_µμΩÅ°Δ%][A-Za-z0-9_µμΩÅ°]*|1(?![\w.])|[()*/·⋅\s]"
@@ -32,8 +32,8 @@ def _registry() -> pint.UnitRegistry:
 def to_si(text: str, unit: str) -> float:
     """Value of `text` ("1 bar", "-4 degC") in the SI `unit`.
 
-    Raises ValueError, with what is wrong with the text, if it has no number, no unit, an unknown
-    unit or a unit of another dimension.
+    Raises ValueError with the reason if it has no number, no unit, an unknown unit or a unit of
+    another dimension.
     """
     text = text.replace("\N{MINUS SIGN}", "-")  # as pages print it
     match = _NUMBER_AND_UNIT.fullmatch(text) if len(text) <= LONGEST else None
@@ -50,14 +50,15 @@ def to_si(text: str, unit: str) -> float:
     except pint.DimensionalityError:
         expected = f"in {unit}" if unit else "without a unit"
         raise ValueError(f"has the wrong unit (a quantity {expected} is expected)") from None
-    except Exception:  # pint lets tokenizer and assertion errors through, besides its own
+    except Exception:  # pint also raises tokenizer and assertion errors
         raise ValueError(f'has the unknown unit "{given}"') from None
     return float(f"{value:.15g}")  # "29 um" is 2.9e-05, not 2.8999999999999998e-05
 
 
 def _check_unit(text: str) -> None:
-    """Raise ValueError if `text` has another part than `_PART` names, or powers of anything else
-    than a name: ((km^9)^9)^9 would be evaluated, too.
+    """Raise ValueError if `text` has other parts than `_PART`, or powers of other than names.
+
+    Pint would also evaluate ((km^9)^9)^9.
     """
     at, before = 0, ""
     while at < len(text):
@@ -68,9 +69,10 @@ def _check_unit(text: str) -> None:
 
 
 def si_unit(text: str, unit: str) -> str | None:
-    """`text` as a unit that `to_si` takes, if it is one of the dimension of the SI `unit`.
+    """`text` as a unit for `to_si`, if it has the dimension of the SI `unit`; else None.
 
-    As headings of tables write them: C and °C, N/cm2 for N/cm^2, mPas, "-" and "1" for none.
+    Forms in headings of tables are accepted: C and °C, N/cm2 for N/cm^2, mPas, "-" and "1" for
+    none.
     """
     written = text.strip().replace("²", "^2").replace("³", "^3")
     written = written.replace("Âµ", "µ").replace("Î¼", "μ")  # UTF-8 that was read as Latin-1
@@ -93,7 +95,7 @@ def si_unit(text: str, unit: str) -> str | None:
 
 
 def readable(value: float, unit: str) -> str:
-    """`value` in `unit` to three digits with the prefix that suits it: 8.8e-5, "m" is "88 µm"."""
-    rounded = float(f"{value:.3g}")  # before a prefix is chosen: no 1000 pm
+    """`value` in `unit` with three digits and a suitable prefix: 8.8e-5, "m" is "88 µm"."""
+    rounded = float(f"{value:.3g}")  # before the prefix is chosen: avoids 1000 pm
     text = f"{_registry().Quantity(rounded, unit).to_compact():.3g~P}"
-    return text.replace("\N{GREEK SMALL LETTER MU}", "\N{MICRO SIGN}")  # versions of pint differ
+    return text.replace("\N{GREEK SMALL LETTER MU}", "\N{MICRO SIGN}")  # depends on pint's version

@@ -1,7 +1,7 @@
-"""What is simulated: a frozen scene, completely validated, in SI units.
+"""The scene: an immutable, completely validated description of a simulation in SI units.
 
-From a TOML file or a dictionary, with units at the edge; data of materials with their sources.
-Imports `relaxation` and `runtime` only.
+It is read from a TOML file or a dictionary, where values may have units. Material data have their
+sources. Imports `relaxation` and `runtime` only.
 """
 
 from iceslide_fem.scene.film import Film

@@ -1,6 +1,6 @@
-"""Scenes that come with the program: the folder `cases` beside the package, or in it if installed.
+"""Example scenes of the program: the folder `cases` beside the package, or in it if installed.
 
-The folder `meshes` lies beside it, so that relative paths from one to the other hold.
+The folder `meshes` is beside it, so relative paths between both are valid.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from typing import NamedTuple
 import iceslide_fem
 from iceslide_fem.runtime.errors import SceneError
 
-FOLDERS = (".", "laws")  # of scenes; others hold tables and surfaces
-DATA = ("cases", "meshes")  # in the package if it is installed, and no part of the program
+FOLDERS = (".", "laws")  # with scenes; others have tables and surfaces
+DATA = ("cases", "meshes")  # data folders in an installed package
 
 
 class CaseFile(NamedTuple):
-    """A scene that comes with the program: its name, file, model, and what it is in one line."""
+    """An example scene: its name, file, model, and a one-line description."""
 
     name: str
     path: Path
@@ -69,7 +69,7 @@ def _case(path: Path) -> CaseFile:
 
 
 def _first_sentence(text: str) -> str:
-    """The first sentence of the comment that a file begins with, without what is in brackets."""
+    """The first sentence of a file's first comment, without text in brackets."""
     lines = []
     for line in text.splitlines():
         if not line.startswith("#"):

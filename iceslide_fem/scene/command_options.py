@@ -1,4 +1,4 @@
-"""Options of a command, validated like a scene: by their names, as a person types them."""
+"""Options of a command, validated like a scene, with the names that a user types."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from iceslide_fem.scene.messages import first_sentence
 
 
 def option_name(key: str) -> str:
-    """How a command calls `key`."""
+    """Name of the option for `key`."""
     return "--" + key.replace("_", "-")
 
 
 def option_names(positional: str) -> Callable[[str], str]:
-    """`option_name`, but for the key that a command takes without an option's name."""
+    """`option_name`, except for the positional argument of a command."""
     return lambda key: positional.upper() if key == positional else option_name(key)
 
 
 def as_number(value: Any) -> Any:
-    """A number typed without a unit, which is in SI; everything else as it is."""
+    """A number typed without a unit, in SI; any other value unchanged."""
     try:
         return float(value)
     except (TypeError, ValueError):
@@ -34,7 +34,7 @@ Number = BeforeValidator(as_number)
 
 
 class CommandOptions(BaseModel):
-    """Base of what commands are asked for; errors name what a person typed."""
+    """Base class of the options of commands; errors use the names that a user types."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", alias_generator=option_name)
 
@@ -49,5 +49,5 @@ class CommandOptions(BaseModel):
 
     @property
     def files(self) -> list[Path]:
-        """Every file that they name."""
+        """All files named in the options."""
         return [value for _, value in self if isinstance(value, Path)]

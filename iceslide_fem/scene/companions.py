@@ -1,4 +1,4 @@
-"""Files that a mesh needs beside it: the data of XDMF, what an Abaqus file includes."""
+"""Files that a mesh file needs: data files of XDMF, includes of an Abaqus file."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ DEEPEST = 10  # files in files
 
 
 def companions(path: Path) -> list[Path]:
-    """The files that `path` names, and those that they name, if they are there; none twice."""
+    """Existing files that `path` refers to, directly or through other files, without duplicates."""
     return [*dict.fromkeys(_named(path, 0))]
 
 
@@ -24,7 +24,7 @@ def _named(path: Path, depth: int) -> Iterator[Path]:
     try:
         with open(path, encoding="utf-8", errors="replace") as file:
             names = [name for line in file for name in pattern.findall(line)]
-    except OSError:  # who reads the mesh says so
+    except OSError:  # the mesh reader reports it
         return
     for name in names:
         other = path.parent / name.strip().replace("\\", "/")

@@ -1,4 +1,4 @@
-"""Where k, D and H_V may follow the contact's age."""
+"""Scenes in which k, D and H_V may depend on the contact's age."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from iceslide_fem.scene.tables import Tables
 
 
 def ages_in_warm_rubber(scene: Tables) -> bool:
-    """Whether the age follows a temperature that changes: at a point it is a function of time."""
+    """Whether ageing depends on a changing temperature; at a point it depends on time only."""
     return scene.film.contact_age and bool(scene.rubber.heat)
 
 

@@ -1,4 +1,4 @@
-"""The table k, D, H_V over pressure as a file: what `iceslide roughness` writes, or a person."""
+"""The table k, D, H_V over pressure as a file, from `iceslide roughness` or a user."""
 
 from __future__ import annotations
 
@@ -22,13 +22,12 @@ NEEDED = ("pressure", "k", "D", "H_V")
 
 
 def read_contact_table(path: Path, key: str) -> ContactTable:
-    """Table from a file with the columns pressure_Pa, k, D_m, H_V_m; more are left alone.
+    """Table from a file with the columns pressure_Pa, k, D_m, H_V_m; other columns are ignored.
 
-    youngs_modulus_Pa, the same in all rows, may be there: of the rubber that the table is of.
-
-    Other units are named in the heading, as in "pressure (bar)". Rows in ascending pressure, two
-    or more; lines that begin with # are remarks. k must not fall and H_V not rise with pressure.
-    Raises SceneError, one sentence that names `key`, otherwise.
+    The optional column youngs_modulus_Pa, constant over rows, is that of the table's rubber. Other
+    units are named in the heading, as in "pressure (bar)". There are two or more rows in ascending
+    pressure; lines that begin with # are comments. k must not fall and H_V must not rise with
+    pressure. Otherwise raises SceneError with `key`.
     """
     wanted = [column for column, _, _ in COLUMNS]
     table, found = read_columns(path, key, wanted, NEEDED)

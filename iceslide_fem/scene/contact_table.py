@@ -1,4 +1,4 @@
-"""k, D and H_V over the local pressure: a table's or constants."""
+"""k, D and H_V over the local pressure: a table or constants."""
 
 from __future__ import annotations
 
@@ -26,24 +26,24 @@ class ContactParameters(NamedTuple):
 
 
 class ContactLaw(Protocol):
-    """k, D and H_V as they follow from a pressure."""
+    """k, D and H_V as functions of pressure."""
 
     def __call__(self, pressure: ArrayLike) -> ContactParameters:
-        """At `pressure` (Pa, any shape)."""
+        """Parameters at `pressure` (Pa, any shape)."""
 
     def contact_area(self, pressure: ArrayLike) -> tuple[Array, Array]:
         """k alone at `pressure` (Pa, any shape), and its derivative by it, 1/Pa."""
 
     def outside(self, pressure: ArrayLike) -> Mask:
-        """Where they are not known at `pressure` (Pa)."""
+        """Mask of `pressure` (Pa) without data."""
 
 
 @dataclass(frozen=True)
 class ContactTable:
-    """k, D (m) and H_V (m) at ascending pressures (Pa), two or more; clamped outside.
+    """k, D (m) and H_V (m) at two or more ascending pressures (Pa); clamped outside.
 
-    Straight lines in log-log lie between. `source` says in messages whose table this is,
-    `youngs_modulus` (Pa) of what rubber, where that is known.
+    Interpolation is linear in log-log. source: of the table, for messages; youngs_modulus: of the
+    table's rubber, Pa, if known.
     """
 
     source: str
@@ -56,7 +56,7 @@ class ContactTable:
     def at_modulus(self, modulus: float) -> ContactTable:
         """The table of the same surface on rubber of another Young's modulus (Pa).
 
-        Contact of elastic rubber with small slopes follows p / E alone.
+        Elastic contact with small slopes depends on p / E only.
         """
         assert self.youngs_modulus is not None  # by Scene's validation
         stiffer = modulus / self.youngs_modulus
@@ -103,8 +103,9 @@ class ContactTable:
 
 
 class _OnLine(NamedTuple):
-    """Where pressures lie in a table: the interval, how far in it, clamped (Pa), and whether they
-    were inside.
+    """Position of pressures in a table.
+
+    Interval, position in it, clamped pressure (Pa), and whether the pressure is inside the table.
     """
 
     interval: Index
@@ -114,21 +115,21 @@ class _OnLine(NamedTuple):
 
 
 def _power_law(values: tuple[float, ...], line: _OnLine) -> Array:
-    """Straight lines in log-log between the `values` of a table."""
+    """Log-log linear interpolation between the `values` of a table."""
     at, steps = _steps(values)
     return np.asarray(at[line.interval] * steps[line.interval] ** line.fraction)
 
 
 @lru_cache
 def _steps(values: tuple[float, ...]) -> tuple[Array, Array]:
-    """The `values` of a table as an array, and each one over that before it."""
+    """The `values` of a table as an array, and ratios of successive values."""
     at = np.array(values)
     return at, at[1:] / at[:-1]
 
 
 @dataclass(frozen=True)
 class ConstantContact:
-    """Contact parameters that do not follow the pressure (given in the scene)."""
+    """Contact parameters independent of pressure (given in the scene)."""
 
     k: float
     D: float
@@ -140,7 +141,7 @@ class ConstantContact:
         return ContactParameters(self.k * one, self.D * one, self.H_V * one, 0.0 * one)
 
     def contact_area(self, pressure: ArrayLike) -> tuple[Array, Array]:
-        """k of the shape of `pressure` (Pa), and its derivative by it, none."""
+        """k in the shape of `pressure` (Pa), and its derivative 0."""
         one = np.ones_like(np.asarray(pressure, dtype=float))
         return self.k * one, 0.0 * one
 

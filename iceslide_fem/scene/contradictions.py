@@ -1,4 +1,4 @@
-"""What tables of a scene have that cannot be together: each a sentence with what is allowed."""
+"""Contradictions between tables of a scene, each a message with the allowed values."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from iceslide_fem.scene.tables import Tables
 from iceslide_fem.scene.thermal_layers import HEATED_LAYERS
 from iceslide_fem.scene.wet import check_voids
 
-DEEPEST = 0.1  # that contact may sink in, of the height
+DEEPEST = 0.1  # allowed penetration over the height
 
 
 _WEAKENS = (
@@ -78,7 +78,7 @@ def check_contradictions(scene: Tables) -> None:
 
 
 def _dry_shear_has_a_motion(scene: Tables) -> None:
-    """Raise ValueError where a limit of the shear contradicts law, water, steps or the block."""
+    """Raise ValueError if a limiting shear contradicts law, water, integrator or block."""
     film, integrator = scene.film, scene.numerics.film_integrator
     if scene.friction.law != "film":
         raise ValueError(
@@ -101,7 +101,7 @@ def _dry_shear_has_a_motion(scene: Tables) -> None:
 
 
 def _rubber_relaxes_here(scene: Tables) -> None:
-    """Raise ValueError where the shift with temperature has no value at the scene's."""
+    """Raise ValueError if the time-temperature shift is undefined at the scene's temperature."""
     relaxation, temperature = scene.rubber.relaxation, scene.ice.temperature
     shift = None if relaxation is None else relaxation.shift
     if isinstance(shift, Shift) and not np.isfinite(shift(temperature)):
@@ -115,7 +115,7 @@ def _rubber_relaxes_here(scene: Tables) -> None:
 
 
 def _loads_may_change(scene: Tables) -> None:
-    """Raise ValueError where loads that go in time have no meaning in this scene."""
+    """Raise ValueError if loads that change in time are not supported in this scene."""
     changing = "speed" if scene.load.pressures.is_constant else "pressure"
     if scene.model == "point" and scene.ice.motion == "sliding":
         raise ValueError(
@@ -132,7 +132,7 @@ def _loads_may_change(scene: Tables) -> None:
 
 
 def too_soft(scene: Tables, height: float) -> str | None:
-    """Why the user's penalty is no model of contact below a block of `height` (m), or None."""
+    """Message if the user's penalty is too soft for a block of `height` (m), else None."""
     penalty, pressure = scene.numerics.penalty, scene.load.pressures.largest
     least = pressure / (DEEPEST * height)
     if not penalty or penalty >= least:
@@ -145,7 +145,7 @@ def too_soft(scene: Tables, height: float) -> str | None:
 
 
 def _contact_is_stiff(scene: Tables) -> None:
-    """Raise ValueError where a penalty or a shear ramp of the user's is no model of contact."""
+    """Raise ValueError if the user's penalty or shear ramp is too soft."""
     fault = None if scene.rubber.mesh is not None else too_soft(scene, scene.rubber.height)
     if fault is not None:
         raise ValueError(fault)
@@ -154,12 +154,12 @@ def _contact_is_stiff(scene: Tables) -> None:
     if ramp and ramp > pressure:
         raise ValueError(
             f"numerics.shear_ramp_pressure = {ramp / BAR:.3g} bar is above load.pressure = "
-            f"{pressure / BAR:.3g} bar: friction would never be there in full"
+            f"{pressure / BAR:.3g} bar: friction would never reach its full value"
         )
 
 
 def _passes_below_a_point(scene: Tables) -> None:
-    """Raise ValueError where the time below the block does not say what the ice has seen."""
+    """Raise ValueError if a point on sliding ice has a history older than the ice."""
     if scene.film.carrier == "rubber" and scene.friction.law != "coulomb":
         what = "films that stay" if scene.friction.law == "film" else "a history that stays"
         raise ValueError(
@@ -181,7 +181,7 @@ def _passes_below_a_point(scene: Tables) -> None:
 
 
 def _rubber_can_take_heat(scene: Tables) -> None:
-    """Raise ValueError where heat in the rubber has no meaning in this scene."""
+    """Raise ValueError if heat in the rubber is not supported in this scene."""
     if scene.ice.heat == "half-space":
         raise ValueError(
             'ice.heat = "half-space" and rubber.heat = true contradict each other: the closed '
@@ -201,9 +201,9 @@ def _rubber_can_take_heat(scene: Tables) -> None:
 
 
 def _rubber_mesh_can_take_heat(scene: Tables) -> None:
-    """Raise ValueError where heat on the rubber's own mesh has no meaning in this scene."""
+    """Raise ValueError if heat on the rubber's mesh is not supported in this scene."""
     if scene.model == "point":
-        return  # a point has no mesh: its rubber is a column
+        return  # a point has a column instead of a mesh
     if scene.ice.heat != "mesh":
         raise ValueError(
             f'rubber.heat = "mesh" and ice.heat = "{scene.ice.heat}" contradict each other: '

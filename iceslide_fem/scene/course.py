@@ -1,6 +1,6 @@
-"""How a load goes in time: rows of times and values, straight or smooth between, and its integral.
+"""How a load changes in time: rows of times and values, linear or smooth between, and its integral.
 
-Before the first row and after the last their values hold.
+Values are constant before the first and after the last row.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from iceslide_fem.runtime.arrays import Array
 if TYPE_CHECKING:
     from scipy.interpolate import PPoly
 
-# scipy.interpolate takes longer to import than most scenes take to read: only tables need it.
-_SAME = 1e-12  # of times, relative to the duration
-# How far loads may be from straight lines between steps' ends, of the tolerance: mu follows speed
-# and pressure at once, so that this is its error.
+# scipy.interpolate is slow to import, and only tables need it.
+_SAME = 1e-12  # tolerance of equal times, relative to the duration
+# Largest deviation of loads from lines between the ends of steps, over the tolerance. mu follows
+# speed and pressure instantly, so this is also its error.
 SAMPLED = 0.3
 
 
@@ -28,9 +28,9 @@ SAMPLED = 0.3
 class Course:
     """Values (SI) at ascending `times` (s), for a run of `duration` (s).
 
-    Between rows `smooth` is a monotone cubic (PCHIP, level at both ends: continuous slope, no
-    overshoot), else straight lines. One value without times holds throughout. `within`: how far
-    straight lines between its corners may be from the rows, relative to the largest value.
+    Between rows it is linear, or with `smooth` a monotone cubic (PCHIP with zero slope at both
+    ends: continuous slope, no overshoot). One value without times is constant. `within`: largest
+    deviation of lines between kinks from the rows, relative to the largest value.
     """
 
     times: tuple[float, ...]
@@ -50,7 +50,7 @@ class Course:
         if self.is_constant:
             return np.full_like(t, self.values[0])
         inside = self._pieces(np.clip(t, self.times[0], self.times[-1]))
-        inside = np.clip(inside, *self._range)  # rounding apart, it is so
+        inside = np.clip(inside, *self._range)  # against rounding
         return np.where(t < self.times[-1], inside, self.values[-1])
 
     def at(self, time: float) -> float:
@@ -58,7 +58,7 @@ class Course:
         return self.values[0] if self.is_constant else float(self(time))
 
     def slope(self, time: float) -> float:
-        """Its rate of change just before `time` (s), 1/s of its unit."""
+        """Rate of change just before `time` (s), unit per s."""
         if self.is_constant or not self.times[0] < time <= self.times[-1]:
             return 0.0
         before = np.searchsorted(self.times, time * (1.0 - _SAME)) - 1
@@ -66,7 +66,7 @@ class Course:
         return float((3.0 * c3 * t + 2.0 * c2) * t + c1)
 
     def bend(self, time: float) -> float:
-        """By how much its rate of change jumps at `time` (s), 1/s of its unit."""
+        """Jump of the rate of change at `time` (s), unit per s."""
         if self.is_constant or self.smooth:
             return 0.0
         slopes = np.concatenate([[0.0], np.diff(self.values) / np.diff(self.times), [0.0]])
@@ -85,7 +85,7 @@ class Course:
             return self.values[0]
         mean = (self.integral(end) - self.integral(start)) / (end - start)
         low, high = self._range
-        return min(max(mean, low), high)  # rounding apart, it is so
+        return min(max(mean, low), high)  # against rounding
 
     def next_corner(self, time: ArrayLike) -> Array:
         """The first row after `time` (s, any shape), infinite if there is none before the end."""
@@ -96,12 +96,12 @@ class Course:
         return np.append(self.corners, np.inf)[later]
 
     def sampled(self, within: float) -> Course:
-        """The same with fewer corners: a log has more rows than a step needs to see."""
+        """The same with fewer kinks: a measured log has more rows than steps need."""
         return replace(self, within=within)
 
     @cached_property
     def corners(self) -> tuple[float, ...]:
-        """Rows within the run on which steps end, s; one a rounding before the end is the end."""
+        """Times of rows on which steps end, s; a row within rounding of the end is the end."""
         inside = self._times_inside
         if not self.within or len(inside) < 2:
             return inside
@@ -127,7 +127,7 @@ class Course:
 
     @property
     def largest(self) -> float:
-        """Largest value within the run: monotone between rows, so at one of them or an end."""
+        """Largest value within the run; it is at a row or an end (monotone between rows)."""
         return float(self._extremes.max())
 
     @property
@@ -137,7 +137,7 @@ class Course:
 
     @cached_property
     def _extremes(self) -> Array:
-        """Values among which are the largest and the smallest within the run."""
+        """Values at rows and ends; they contain the extremes within the run."""
         return self(np.array([0.0, *self._times_inside, self.duration]))
 
     @cached_property
@@ -179,10 +179,9 @@ class Course:
 
 
 def _corners(times: Array, values: Array, near: float) -> NDArray[np.intp]:
-    """Numbers of rows, the first and the last among them, such that straight lines between them
-    pass all others as `near` as that.
+    """Numbers of rows, with the first and the last, that approximate all rows within `near`.
 
-    From each one the line to the furthest row is taken whose slope every row between allows.
+    From each row, the next one is the farthest whose line passes all rows between within `near`.
     """
     kept, count = [0], len(times)
     while kept[-1] < count - 1:

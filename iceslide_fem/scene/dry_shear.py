@@ -1,4 +1,4 @@
-"""Dry rubber on ice, as it is typed: the stress that it shears with, and how that softens."""
+"""Dry rubber on ice, as the user gives it: shear strength, and its fall with temperature."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ DRY_STRESS = RowsOf(
 SOFTENING = Quantity("K", "0.01 K", "200 K")
 RESIDUAL = Quantity("K", "0 K", "200 K")
 USUAL_RESIDUAL = 0.5  # K
-THINNEST = 1e-9  # m, of films that begin with water
+THINNEST = 1e-9  # m, initial height of water films
 
 
 class DryShear(NamedTuple):
-    """What is given of dry rubber on ice: keys of a scene's film, or options of a command.
+    """Input data of dry rubber on ice: keys of a scene's film, or options of a command.
 
-    stress: tau_b (Pa), a number or rows [T (K), tau_b], None where nothing limits the film's
-    shear; softening, residual: how a number falls with the temperature (K).
+    stress: tau_b (Pa), a number or rows [T (K), tau_b], None without a limit of the film's shear;
+    softening, residual: fall of a number with temperature, K.
     """
 
     stress: float | Rows | None = None
@@ -38,13 +38,13 @@ class DryShear(NamedTuple):
 
     @property
     def softens(self) -> bool:
-        """Whether the stress falls with the temperature."""
+        """Whether the stress depends on temperature."""
         if isinstance(self.stress, tuple):
             return self.stress[-1][1] < self.stress[0][1]
         return self.softening is not None and self.residual < self.softening
 
     def strength(self, melting: float) -> ShearStrength | None:
-        """tau_b on ice that melts at `melting` (K); None where nothing limits the shear."""
+        """tau_b on ice that melts at `melting` (K); None without a limit."""
         if self.stress is None:
             return None
         if isinstance(self.stress, tuple):
@@ -53,9 +53,9 @@ class DryShear(NamedTuple):
         return ShearStrength.softening(self.stress, softening, self.residual)
 
     def check(self, thinnest: float, named: Callable[[str], str]) -> None:
-        """Raise ValueError, a sentence, where these contradict each other or the first film.
+        """Raise ValueError if these contradict each other or the initial film.
 
-        thinnest: its least height (m); named: how keys are typed.
+        thinnest: its least height, m; named: function from keys to names that a user types.
         """
         rows, stress = isinstance(self.stress, tuple), named("dry_stress")
         given = self.softening is not None, self.residual != USUAL_RESIDUAL
@@ -76,7 +76,7 @@ class DryShear(NamedTuple):
 
 
 def check_softens(rows: Rows, key: str) -> None:
-    """Raise ValueError, a sentence that names `key`, where warmer ice is stronger."""
+    """Raise ValueError with `key` if the strength rises with temperature."""
     for number, (colder, warmer) in enumerate(pairwise(rows), start=1):
         if warmer[1] > colder[1]:
             raise ValueError(

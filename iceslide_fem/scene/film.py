@@ -1,4 +1,4 @@
-"""The water film of a scene: how it begins, what it follows, and where it lives."""
+"""The water film of a scene: initial state, parameters and frame."""
 
 from __future__ import annotations
 
@@ -28,24 +28,24 @@ HEIGHT = RowsOf(
 
 
 class Film(Table):
-    """The water film: who carries it, the pressure it follows, and constant k, D (m), H_V (m).
+    """The water film: its frame, its pressure, and constant k, D (m), H_V (m).
 
-    k, D and H_V override the compound's table, all three together; `contact`, the path of a CSV
-    file, is another table (`read_contact_table`). With `contact_age` they follow the contact's own
-    age (`film.contact_age`): then the table's file, or `contact_modulus` (Pa), says what Young's
-    modulus its rubber has. `initial_height` is h0, m, or rows of it
-    over the ice's initial temperature (K).
+    k, D and H_V override the compound's table, all three together. `contact`, the path of a CSV
+    file, is another table (`read_contact_table`). With `contact_age` they depend on the contact's
+    age (`film.contact_age`). The file, or `contact_modulus` (Pa), then gives the Young's modulus of
+    the table's rubber. `initial_height` is h0, m, or rows of it over the ice's initial temperature
+    (K).
     `conductance` is that from the film to either body with heat in the rubber, W/(m2 K).
     `water_speed` is that of squeezed-out water relative to the rubber, a fraction of the
     sliding speed: 1 with the ice, 0 with the rubber, 0.5 in Couette flow
     (docs/explanation/passing.md).
 
-    dry_stress: tau_b (Pa) with which dry rubber and ice shear where they touch, a limit of the
-    film's shear: rows of it over the temperature of the ice's surface (K), or a number, which it
-    is on cold ice; it falls over the last `dry_softening` (K) before T_m + `dry_residual` (K).
-    With it films may begin without water, initial_height 0, and water may freeze (`refreeze`): that
-    of films, or all. `between` passes water freezes, drains, or is kept. Squeeze-out stops where
-    `voids` are full, or their water carries a part of the pressure.
+    dry_stress: shear strength tau_b (Pa) of dry rubber on ice, a limit of the film's shear. It is
+    given by rows over the ice's surface temperature (K), or by a number for cold ice. A number
+    falls over the last `dry_softening` (K) before T_m + `dry_residual` (K). With dry_stress films
+    may begin without water (initial_height 0), and water may freeze (`refreeze`): that of films, or
+    all. `between` passes water freezes, drains, or is kept. At full `voids` squeeze-out stops, or
+    their water bears a part of the pressure.
     """
 
     carrier: Literal["ice", "rubber"] = "ice"
@@ -121,7 +121,7 @@ class Film(Table):
         if self.refreeze != "nothing" and self.dry_stress is None:
             raise ValueError(
                 f'film.refreeze = "{self.refreeze}" and no film.dry_stress contradict each other: '
-                'what has frozen rubs dry; allowed: refreeze = "nothing", or film.dry_stress'
+                'frozen contact has dry friction; allowed: refreeze = "nothing", or film.dry_stress'
             )
         heights = self.initial_height
         if self.refreeze != "nothing" and (isinstance(heights, tuple) or heights > 0.0):

@@ -1,4 +1,4 @@
-"""What a result depends on, as short words: the scene, and the program that computes it."""
+"""Hashes of all that a result depends on: the scene, and the program that computes it."""
 
 from __future__ import annotations
 
@@ -21,9 +21,7 @@ LENGTH = 16  # hexadecimal digits
 
 
 def scene_hash(scene: Scene) -> str:
-    """Hash of `scene` (its name and what it writes apart) and of the files that it names, with
-    those that they need beside them.
-    """
+    """Hash of `scene` (without name and output) and of its files, with the files that they need."""
     content = scene.as_dict()
     del content["name"], content["output"]
     for (table, key), path in scene.files.items():
@@ -40,7 +38,7 @@ def scene_hash(scene: Scene) -> str:
 def fingerprint(scene: Scene) -> str:
     """Hash of `scene`, its files, the versions that compute it and this program's sources.
 
-    Two scenes with the same fingerprint have the same result. DOLFINx counts where it is used.
+    Two scenes with the same fingerprint have the same result. DOLFINx is included if it is used.
     """
     content = {
         "scene": scene_hash(scene),
@@ -63,13 +61,13 @@ def versions() -> dict[str, str]:
 
 
 def versions_in_words(known: Mapping[str, str]) -> str:
-    """Versions by their programs' names as one line."""
+    """Program names and versions in one line."""
     return ", ".join(f"{name} {version}" for name, version in known.items())
 
 
 @cache
 def sources_hash() -> str:
-    """Hash of the sources of this package, as they are when it is first asked for."""
+    """Hash of the sources of this package at the first call."""
     folder = Path(iceslide_fem.__file__).parent
     digest = hashlib.sha256()
     for path in sorted(folder.rglob("*.py")):

@@ -1,4 +1,4 @@
-"""Which law of friction a scene has."""
+"""The friction law of a scene."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ Parameter = Annotated[str, StringConstraints(pattern=r"^[A-Za-z_][A-Za-z0-9_]{0,
 class Friction(Table):
     """The law of friction: the water film's, Coulomb's, or a class in a file, "my_law.py:MyLaw".
 
-    `mu`, or `table`, the path of a CSV file, are Coulomb's (docs/reference/laws.md); `parameters`
-    are given to the class by their names.
+    `mu`, or `table` (the path of a CSV file), belong to Coulomb's law (docs/reference/laws.md).
+    `parameters` are keyword arguments of the class.
     """
 
     law: Annotated[str, StringConstraints(strict=True, max_length=1000)] = "film"
@@ -55,6 +55,6 @@ class Friction(Table):
 
     @property
     def law_file(self) -> tuple[Path, str]:
-        """File and class of a law of one's own."""
+        """File and class of a user law."""
         path, _, name = self.law.rpartition(":")
         return Path(path), name

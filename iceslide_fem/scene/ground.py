@@ -1,4 +1,4 @@
-"""What lies below the ice, and whether a scene's description of it makes sense."""
+"""The layers below the ice, and checks of their description in a scene."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ from iceslide_fem.scene.materials import Layer, Solid
 from iceslide_fem.scene.table import Name, Table
 from iceslide_fem.scene.units import Quantity
 
-ICE = "ice"  # the region of a mesh that is ice
+ICE = "ice"  # name of the ice region of a mesh
 
 
 class GroundLayer(Table):
-    """A layer below the ice: its name, thickness (m; not of a mesh of one's own, which has it),
-    conductivity (W/(m K)), density (kg/m3), heat_capacity (J/(kg K)).
+    """A layer below the ice: name, conductivity, density, heat capacity, and thickness.
+
+    Units are W/(m K), kg/m3, J/(kg K) and m. A user's mesh has the thickness itself.
     """
 
     name: Name | None = None
@@ -25,7 +26,7 @@ class GroundLayer(Table):
 
     @property
     def as_layer(self) -> Layer:
-        """The layer as heat sees it; its name and, but for a mesh, its thickness are given."""
+        """The layer with its thermal properties. Name and (without a mesh) thickness are given."""
         assert self.name is not None  # by `check_ground`
         solid = Solid(self.conductivity, self.density, self.heat_capacity)
         return Layer(self.name, self.thickness or 0.0, solid)
@@ -59,7 +60,7 @@ class Grounded(Protocol):
 
 
 def check_ground(ice: Grounded) -> None:
-    """Raise ValueError, one sentence, if the ice cannot lie on what the scene says."""
+    """Raise ValueError if the scene's description of the ground is not possible."""
     _check_heat(ice)
     _check_mesh(ice)
     _check_layers(ice)
@@ -67,7 +68,7 @@ def check_ground(ice: Grounded) -> None:
 
 
 def _check_heat(ice: Grounded) -> None:
-    """Models that take the ice as a half-space, and properties that only a mesh can have."""
+    """Check models with half-space ice, and properties that need a mesh."""
     if ice.heat in ("half-space", "continuum"):
         keys = ("depth", "layers", "base_temperature")
         given = [key for key in keys if getattr(ice, key)] + ["base"] * (ice.base == "held")
@@ -112,7 +113,7 @@ def _check_layers(ice: Grounded) -> None:
         if layer.name == ICE or layer.name in names:
             raise ValueError(
                 f'ice.layers has the name "{layer.name}" twice (the ice itself is "{ICE}"); '
-                "allowed: a name of its own for each layer"
+                "allowed: a different name for each layer"
             )
         names.append(layer.name)
         if ice.mesh is not None and layer.thickness is not None:

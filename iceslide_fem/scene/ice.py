@@ -1,4 +1,4 @@
-"""The ice of a scene and the water that it melts to."""
+"""The ice of a scene, and its melt water."""
 
 from __future__ import annotations
 
@@ -54,19 +54,21 @@ HEAT_CAPACITY = RowsOf(
 class Ice(Table):
     """Initial temperature of the ice (K), its motion under the rubber, and its heat model.
 
-    `margin` (m) is how far continuum ice extends beside the contact. The attached ice of a
-    sample of a long block has none: its neighbours are as warm. Ice that slides lies in cells of
-    width `cell` (m, along x), kept until they are `trail` (m) behind the block.
+    Continuum ice extends by `margin` (m) beside the contact. Attached ice below a sample of a long
+    block has no margin, because its neighbours are equally warm. Sliding ice has cells of width
+    `cell` (m, along x), which are kept until they are `trail` (m) behind the block.
 
-    conductivity (W/(m K)), density (kg/m3), heat_capacity (J/(kg K)), latent_heat (J/kg) and
-    melting_temperature (K), which salt and pressure lower; by default those of the thesis's film
-    model (its table 4). Conductivity and heat capacity may be rows over the temperature (K).
+    The properties are conductivity (W/(m K)), density (kg/m3), heat_capacity (J/(kg K)),
+    latent_heat (J/kg) and melting_temperature (K), which salt and pressure lower. Defaults are
+    those of the thesis's film model (its table 4). Conductivity and heat capacity may be rows over
+    the temperature (K).
 
-    The ice is `depth` (m) thick, without it as deep as heat reaches. Below it lie `layers`, each
-    with a name of its own. The lowest face, the `base`, is insulated or held at `base_temperature`
-    (K), by default the ice's. `mesh` is a mesh file of the ice and what is below, with coordinates
-    in `mesh_unit`, whose regions have the names of the layers. `water` (m) lies on wet ice,
-    everywhere or in rows over x (m) of the ice, 0 below the middle of the block at the start.
+    The ice is `depth` (m) thick; without `depth` it is deeper than heat reaches. Below it are
+    `layers` with different names. The lowest face, the `base`, is insulated or held at
+    `base_temperature` (K), by default that of the ice. `mesh` is a mesh file of ice and layers,
+    with coordinates in `mesh_unit`; its regions have the names of the layers. `water` (m) is the
+    height on wet ice, uniform or in rows over x (m) on the ice; x = 0 is initially below the middle
+    of the block.
     """
 
     temperature: Annotated[float, Quantity("K", "-80 degC", "-0.001 degC")] = 269.15
@@ -108,25 +110,25 @@ class Ice(Table):
 
     @property
     def solid(self) -> Solid:
-        """The ice as heat sees it, at its initial temperature."""
+        """Thermal properties of the ice at its initial temperature."""
         return Solid(*(self._value(getattr(self, name)) for name in Solid._fields))
 
     @property
     def stack(self) -> tuple[Layer, ...]:
-        """The ice and the layers below it, downwards; ice without a depth is infinitely deep."""
+        """The ice and the layers below it, downwards; without a depth the ice is infinite."""
         own = Layer("ice", np.inf if self.depth is None else self.depth, self.solid)
         return (own, *(layer.as_layer for layer in self.layers))
 
     @property
     def held(self) -> float | None:
-        """Temperature (K) at which the base is held, None where it is insulated."""
+        """Temperature (K) of a held base, None for an insulated one."""
         if self.base == "insulated":
             return None
         return self.temperature if self.base_temperature is None else self.base_temperature
 
     @property
     def ground(self) -> Ground:
-        """What a column of the ice lies on; of a mesh of one's own nothing is known."""
+        """The ground below a column of ice; unknown for a user's mesh."""
         if self.is_half_space or self.mesh is not None:
             return BOTTOMLESS
         ice, *below = self.stack
@@ -134,11 +136,11 @@ class Ice(Table):
 
     @property
     def is_wet(self) -> bool:
-        """Whether water lies on it."""
+        """Whether there is water on the ice."""
         return isinstance(self.water, tuple) or self.water > 0.0
 
     def water_at(self, x: Array) -> Array:
-        """Water (m) at places `x` (m) of the ice, any shape; rows are held beyond their ends."""
+        """Water (m) at positions `x` (m) on the ice, any shape; constant beyond the rows."""
         if not isinstance(self.water, tuple):
             return np.full_like(x, self.water)
         places, heights = zip(*self.water, strict=True)
@@ -146,16 +148,16 @@ class Ice(Table):
 
     @property
     def is_half_space(self) -> bool:
-        """Whether the ice is as deep as heat reaches, and nothing else is said of it."""
+        """Whether the ice is a half-space, without depth, layers or base."""
         return self.depth is None and self.mesh is None
 
     @property
     def has_rows(self) -> bool:
-        """Whether a property goes with the temperature."""
+        """Whether a property depends on temperature."""
         return isinstance(self.conductivity, tuple) or isinstance(self.heat_capacity, tuple)
 
     def _value(self, given: float | Rows) -> float:
-        """A property at the initial temperature, of a number or of rows, held outside of them."""
+        """A property at the initial temperature, from a number or rows (constant outside)."""
         if not isinstance(given, tuple):
             return given
         kelvin, values = zip(*given, strict=True)
@@ -165,8 +167,8 @@ class Ice(Table):
 class Water(Table):
     """The water of the film: viscosity (Pa s), conductivity k_w (W/(m K)).
 
-    The viscosity is a number, by default the thesis's, or rows of it over the film's temperature
-    (K), with which it must not rise; `table` is those rows.
+    The viscosity is a number, by default the thesis's, or rows over the film's temperature (K). It
+    must not rise with temperature. `table` has these rows.
     """
 
     viscosity: Annotated[Any, VISCOSITY] = WATER_VISCOSITY
@@ -177,20 +179,20 @@ class Water(Table):
     @field_validator("viscosity")
     @classmethod
     def _thins(cls, viscosity: Any) -> Any:
-        """`viscosity` itself. Raises ValueError where warmer water is more viscous."""
+        """`viscosity` unchanged. Raises ValueError if it rises with temperature."""
         viscosity_table(viscosity, "water.viscosity")
         return viscosity
 
     @property
     def table(self) -> ViscosityTable | None:
-        """Viscosity over the film's temperature; None where it is a number."""
+        """Viscosity over the film's temperature; None for a constant."""
         return viscosity_table(self.viscosity, "water.viscosity")
 
 
 def viscosity_table(given: float | Rows, key: str) -> ViscosityTable | None:
-    """Rows of a viscosity as a table, None of a number.
+    """Rows of a viscosity as a table, None for a number.
 
-    Raises ValueError, a sentence that names `key`, where warmer water is more viscous.
+    Raises ValueError with `key` if the viscosity rises with temperature.
     """
     if not isinstance(given, tuple):
         return None

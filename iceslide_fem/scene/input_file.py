@@ -1,4 +1,4 @@
-"""Files that a person names: regular ones of a size that can be meant, nothing else is opened."""
+"""Input files named by a user: only regular files of limited size are opened."""
 
 from __future__ import annotations
 
@@ -20,16 +20,13 @@ def _regular(path: Path) -> Path:
     return path
 
 
-InputFile = Annotated[
-    Path, AfterValidator(_regular)
-]  # as pydantic's FilePath, but never an OSError
+InputFile = Annotated[Path, AfterValidator(_regular)]  # like pydantic's FilePath, without OSError
 
 
 def read_text(path: Path, what: str) -> str:
-    """Text of the file at `path`, of which messages speak as `what`; a byte order mark is skipped.
+    """Text of the file at `path`, without a byte order mark; what: its name in messages.
 
-    Raises SceneError if it is no regular file (a device has no end), is larger than 10 MB or
-    cannot be read as UTF-8.
+    Raises SceneError if it is not a regular file, is larger than 10 MB or is not UTF-8.
     """
     check_regular(path, what)
     try:
@@ -39,6 +36,6 @@ def read_text(path: Path, what: str) -> str:
             return path.read_text(encoding="utf-8-sig")
     except OSError as error:
         reason = error.strerror or str(error)
-    except ValueError:  # no UTF-8, or a name that no file can have
+    except ValueError:  # not UTF-8, or an invalid file name
         reason = "it is not UTF-8 text"
     raise SceneError(f"cannot read {what} {path}: {reason}")

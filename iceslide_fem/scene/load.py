@@ -1,4 +1,4 @@
-"""The table `load` of a scene: pressure and speed, and how they go in time."""
+"""The table `load` of a scene: pressure and speed over time."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ SPEED = RowsOf("time", TIME, Quantity("m/s", "1e-6 m/s", "100 m/s"), "0 m/s")
 class Load(Table):
     """Nominal pressure (Pa), sliding speed (m/s), sliding time (s), friction before sliding.
 
-    Pressure and speed are numbers, or rows of times (s) and values: `pressures` and `speeds` say
-    how they go in time, with `interpolation` between rows, times the scale of each. The rubber
-    may slide over the same ice several times (`passes`), each a `period` (s) after the one before.
+    Pressure and speed are numbers, or rows of times (s) and values. `pressures` and `speeds` are
+    their functions of time, with `interpolation` between rows, and multiplied by their scales. The
+    rubber may slide over the same ice several times (`passes`), with a `period` (s).
     """
 
     pressure: Annotated[Any, PRESSURE]
@@ -38,11 +38,11 @@ class Load(Table):
     @field_validator("speed", mode="before")
     @classmethod
     def _goes_one_way(cls, speed: Any) -> Any:
-        """`speed` itself. Raises ValueError where rows turn round."""
+        """`speed` unchanged. Raises ValueError if it reverses."""
         for number, (_, value) in enumerate(SPEED.rows(speed), start=1):
             if value < 0.0:
                 raise ValueError(
-                    f"load.speed is {value:g} m/s in row {number}: the sliding would turn round, "
+                    f"load.speed is {value:g} m/s in row {number}: the sliding would reverse, "
                     "over ice and films that it has left behind; allowed: 0 m/s to 100 m/s"
                 )
         return speed
@@ -74,22 +74,22 @@ class Load(Table):
 
     @property
     def rest(self) -> float:
-        """How long (s) the ice rests between two passes of this duration."""
+        """Rest of the ice between two passes, s."""
         return 0.0 if self.period is None else self.period - self.duration
 
     @property
     def sliding_time(self) -> float:
-        """Of all passes, s, without the rests between them."""
+        """Sliding time of all passes without the rests, s."""
         return self.passes * self.duration
 
     @property
     def heated_for(self) -> float:
-        """How long (s) heat is in the ice, from the first pass to the end of the last."""
+        """Time (s) from the start of the first pass to the end of the last one."""
         return self.sliding_time + (self.passes - 1) * self.rest
 
     @property
     def changes(self) -> bool:
-        """Whether pressure or speed go in time."""
+        """Whether pressure or speed change in time."""
         return not (self.pressures.is_constant and self.speeds.is_constant)
 
     def _course(self, given: Any, scale: float) -> Course:

@@ -1,13 +1,13 @@
-"""Lugs between the edges of a block, its sipes and its grooves: the way that water has to go.
+"""Lugs between edges, sipes and grooves of a block, and the outflow of water below them.
 
-Water below a plane rectangular lug of the sides a >= b flows out as Poiseuille's between its faces
-does. Its mean pressure p then squeezes the height h by
+The outflow below a plane rectangular lug with sides a >= b is a Poiseuille flow between parallel
+faces. The mean pressure p squeezes the height h by
 
     dh/dt = -p h^3 / (eta B^2),   B^2 = 3 beta b^2,   beta = 1/3 - 0.21 b/a (1 - b^4 / (12 a^4))
 
-for the pressure has the shape of Prandtl's function of a twisted bar, whose torsion constant is
-beta a b^3 (S. P. Timoshenko, J. N. Goodier, Theory of Elasticity, 3rd ed. 1970, chapter 10; the
-fit within 0.5 %). A long lug has B = b.
+The pressure has the shape of Prandtl's stress function of a twisted bar with the torsion constant
+beta a b^3 (S. P. Timoshenko, J. N. Goodier, Theory of Elasticity, 3rd ed. 1970, chapter 10; the fit
+within 0.5 %). A long lug has B = b.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ from numpy.typing import NDArray
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.rubber import Rubber
 
-CLOSING = 0.1  # of a sipe's volume
+CLOSING = 0.1  # last fraction of a sipe's volume over which it closes
 
 
 class Lugs(NamedTuple):
     """The lugs of a block along x.
 
-    ends: (lugs, 2), m; width: of the widest rib between its edges and grooves, infinite in a
-    slice, m; volumes: of the sipes between them, area of their cross sections (m2), infinite where
-    they take whatever comes, (sipes,).
+    ends: (lugs, 2), m; width: of the widest rib between edges and grooves, infinite in a slice, m;
+    volumes: cross section areas of the sipes between them (m2), infinite for unlimited sipes,
+    (sipes,).
     """
 
     ends: Array
@@ -41,7 +41,7 @@ class Lugs(NamedTuple):
         return float(self.outflow_lengths(np.ones(self.volumes.size)).max())
 
     def at(self, x: Array) -> NDArray[np.intp]:
-        """Numbers of the lugs above places `x` (m) of the undeformed block, any shape."""
+        """Numbers of the lugs above positions `x` (m) of the undeformed block, any shape."""
         middles = 0.5 * (self.ends[:-1, 1] + self.ends[1:, 0])
         return np.searchsorted(middles, x)
 
@@ -54,15 +54,15 @@ class Lugs(NamedTuple):
         return np.asarray(short * np.sqrt(3.0 * beta))
 
     def into_sipes(self, outflow: Array, openness: Array) -> Array:
-        """What of the `outflow` (lugs,) below each lug gets into each sipe, (sipes,), one unit.
+        """Part of the `outflow` (lugs,) below the lugs that enters each sipe, (sipes,), same unit.
 
-        Along x half of it goes either way; a sipe lets by what it is not open for.
+        Half of the outflow goes each way along x. A partly open sipe lets the rest pass.
         """
         along = outflow / (1.0 + (self._lengths(openness) / self.width) ** 2)
         return _caught(along, openness) + _caught(along[::-1], openness[::-1])[::-1]
 
     def _lengths(self, openness: Array) -> Array:
-        """Length (m) of each lug and of what is beyond sipes that are not open, (lugs,)."""
+        """Length (m) of each lug plus lengths beyond closed sipes, (lugs,)."""
         length = self.ends[:, 1] - self.ends[:, 0]
         gaps = self.ends[1:, 0] - self.ends[:-1, 1]
         ahead = _beyond(length, gaps, openness)
@@ -71,16 +71,16 @@ class Lugs(NamedTuple):
 
 
 def open_sipes(filled: Array) -> Array:
-    """How open sipes are as outlets, 0 to 1, of which water fills a fraction, (sipes,).
+    """Openness of sipes as outlets, 0 to 1, from their filled fraction, (sipes,).
 
     A sipe closes over the last `CLOSING` of its volume. This is a regularisation: a sipe that
-    closed at once would open again in the next step.
+    closes suddenly would open again in the next step.
     """
     return np.clip((1.0 - filled) / CLOSING, 0.0, 1.0)
 
 
 def _beyond(length: Array, gaps: Array, openness: Array) -> Array:
-    """Length (m) that adds to each lug ahead of it."""
+    """Additional length (m) ahead of each lug."""
     found = np.zeros_like(length)
     for i in range(gaps.size - 1, -1, -1):
         found[i] = (1.0 - openness[i]) * (gaps[i] + length[i + 1] + found[i + 1])
@@ -88,7 +88,7 @@ def _beyond(length: Array, gaps: Array, openness: Array) -> Array:
 
 
 def _caught(along: Array, openness: Array) -> Array:
-    """What each sipe takes of the half that flows ahead below every lug."""
+    """Part of the forward half of the outflow that each sipe takes."""
     caught, flow = np.zeros_like(openness), 0.0
     for i, how_open in enumerate(openness):
         flow += 0.5 * along[i]
@@ -98,7 +98,7 @@ def _caught(along: Array, openness: Array) -> Array:
 
 
 def lugs_of(rubber: Rubber, wide: bool = False) -> Lugs:
-    """The lugs of a block without a mesh of its own; `wide`: as in a slice."""
+    """The lugs of a built-in block; `wide`: of infinite width, as in a slice."""
     half = 0.5 * rubber.length
     walls = [sipe.walls for sipe in rubber.cuts]
     ends = np.array([-half, *(end for pair in walls for end in pair), half]).reshape(-1, 2)

@@ -1,7 +1,7 @@
 """Material data of rubber, ice and water, and the contact parameters of compound B.
 
-Source, unless another is named: R. Leonardi, *Advanced numerical model for viscous friction
-between rough rubber and smooth ice*, Politecnico di Torino, 2017-18 ("the thesis").
+Source, unless stated otherwise: R. Leonardi, *Advanced numerical model for viscous friction between
+rough rubber and smooth ice*, Politecnico di Torino, 2017-18 ("the thesis").
 """
 
 from __future__ import annotations
@@ -34,10 +34,10 @@ RUBBER_HEAT_CAPACITY = 1500.0  # J/(kg K)
 
 
 class Solid(NamedTuple):
-    """What conducts heat: conductivity (W/(m K)), density (kg/m3), heat capacity (J/(kg K)).
+    """Thermal properties: conductivity (W/(m K)), density (kg/m3), heat capacity (J/(kg K)).
 
-    melting_temperature (K), infinite of what does not melt, and latent_heat (J/kg). Numbers, or
-    arrays of one value for each point.
+    Also melting_temperature (K), infinite without melting, and latent_heat (J/kg). Values are
+    scalars, or arrays with one value per point.
     """
 
     conductivity: Any
@@ -67,7 +67,7 @@ class Solid(NamedTuple):
 
 
 class Layer(NamedTuple):
-    """A layer of a solid: its name, thickness (m, infinite of a half-space), what it is made of."""
+    """A layer: name, thickness (m, infinite for a half-space), and solid."""
 
     name: str
     thickness: float
@@ -75,9 +75,9 @@ class Layer(NamedTuple):
 
 
 class Ground(NamedTuple):
-    """What ice lies on: it is `depth` (m) thick, above `layers`, downwards.
+    """The ground of ice of thickness `depth` (m): `layers` downwards.
 
-    The lowest face is `held` at a temperature (K), or insulated.
+    The lowest face is `held` at a temperature (K), or insulated (None).
     """
 
     depth: float = np.inf
@@ -89,7 +89,7 @@ class Ground(NamedTuple):
         return (Layer("ice", self.depth, ice), *self.layers)
 
 
-BOTTOMLESS = Ground()  # below ice that is a half-space
+BOTTOMLESS = Ground()  # for half-space ice
 ICE = Solid(ICE_CONDUCTIVITY, ICE_DENSITY, ICE_HEAT_CAPACITY, MELTING_TEMPERATURE, LATENT_HEAT)
 
 
@@ -104,9 +104,9 @@ def rubber_solid(
 
 @dataclass(frozen=True)
 class ViscosityTable:
-    """Viscosity of water (Pa s) over ascending temperatures (K), with which it must not rise.
+    """Viscosity of water (Pa s) over ascending temperatures (K); it must not rise.
 
-    Straight between them, outside the nearest end.
+    Linear between rows, constant outside.
     """
 
     temperature: tuple[float, ...]
@@ -136,7 +136,7 @@ class MooneyRivlin:
         return cls(C10, C01, 2.0 / bulk)
 
     def stiffer(self, factor: float) -> MooneyRivlin:
-        """The same with C10 and C01 times the `factor`, and the bulk modulus as it is."""
+        """The same with C10 and C01 times `factor`, and the same bulk modulus."""
         return MooneyRivlin(factor * self.C10, factor * self.C01, self.D1)
 
     @property
@@ -164,13 +164,13 @@ class MooneyRivlin:
 
 # The thesis's finite element chapter; nu = 0.490 follows (it prints 0.495).
 COMPOUNDS = {"B": MooneyRivlin(C10=0.1662e6, C01=0.1068e6, D1=0.0737e-6)}
-# Young's moduli of the thesis's table 3, Pa; of A and C nothing else is published.
+# Young's moduli of the thesis's table 3, Pa. Nothing else is published about A and C.
 YOUNGS_MODULUS = {"A": 1.10e6, "B": 1.64e6, "C": 2.04e6}
 YOUNGS_MODULUS_ONLY = {name: E for name, E in YOUNGS_MODULUS.items() if name not in COMPOUNDS}
 
 
-# Table 8 of the thesis. It prints k = 0.105 at 5 bar, but k must rise with pressure; 0.405 is the
-# reading taken here, and not certain (docs/explanation/data.md).
+# Table 8 of the thesis. It prints k = 0.105 at 5 bar, but k must rise with pressure. 0.405 is
+# assumed here, without certainty (docs/explanation/data.md).
 CONTACT_TABLES = {
     "B": ContactTable(
         source="compound B, as published",

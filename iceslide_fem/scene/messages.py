@@ -1,4 +1,4 @@
-"""What is wrong with a scene, or with other options of the same kind, in one sentence."""
+"""Error messages for a scene, or for options of a command, in one sentence."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def first_sentence(error: ValidationError, keys: Sequence[str]) -> str:
     """The first fault in `error` as one sentence: the dotted key, what was given, what is allowed.
 
     `keys` are all dotted keys of a scene. Unknown keys come first, because a misspelt key is also
-    reported as a missing one. What is missing is named all at once.
+    reported as missing. All missing keys are named together.
     """
     fault = min(error.errors(), key=lambda fault: fault["type"] != "extra_forbidden")
     key = _dotted(fault["loc"])
@@ -50,7 +50,7 @@ def first_sentence(error: ValidationError, keys: Sequence[str]) -> str:
 
 
 def _dotted(place: Sequence[int | str]) -> str:
-    """The key at a place, without the names of the forms that it may take."""
+    """Dotted key of a pydantic location, without the names of union members."""
     return ".".join(str(part) for part in place if not _FORM.fullmatch(str(part)))
 
 
@@ -64,7 +64,7 @@ def _shown(value: Any) -> str:
     """`value` as it would stand in a scene file, cut to a readable length."""
     try:
         return shortened(json.dumps(value, ensure_ascii=False, default=str))
-    except (RecursionError, ValueError):  # nested or long beyond what can be written
+    except (RecursionError, ValueError):  # too deeply nested, or too long
         return "..."
 
 
@@ -76,12 +76,12 @@ def shortened(text: str) -> str:
 def unknown_key(key: str, keys: Sequence[str]) -> str:
     """A sentence for a `key` that is not among `keys`.
 
-    Suggests the closest of the same table, else those of that name in any table (that of `load`
+    Suggests the closest key of the table, else keys of the same name in other tables (`load`
     first), else lists the table's keys.
     """
     key = shortened(key)
     table, _, name = key.rpartition(".")
-    table = re.sub(r"\.\d+", "", table)  # of a list of tables
+    table = re.sub(r"\.\d+", "", table)  # index in a list of tables
     siblings = [known for known in keys if known.rpartition(".")[0] == table]
     for candidates in (siblings, sorted(keys, key=lambda known: not known.startswith("load."))):
         names = [known.rpartition(".")[2].lower() for known in candidates]

@@ -1,4 +1,4 @@
-"""A complete scene: its tables, and what follows from them.
+"""A complete scene: its tables, and derived quantities.
 
 Numbers are SI (temperatures in kelvin); a file may give strings with a unit instead ("1 bar").
 """
@@ -36,8 +36,8 @@ FILE_KEYS = (
     ("ice", "mesh"),
     ("film", "contact"),
     ("friction", "table"),
-)  # table and key of what names a file
-# of what may name a file of rows
+)  # table and key of file names
+# keys that may name a file of rows
 TABLE_KEYS = (
     ("load", "pressure"),
     ("load", "speed"),
@@ -50,9 +50,9 @@ TABLE_KEYS = (
 
 
 class Scene(Table):
-    """A complete scene: the level of the model ladder and everything that it needs.
+    """A complete scene: the model level and all its data.
 
-    With model "auto" a run takes the cheapest level that suffices (`level.resolved`).
+    With model "auto" a run uses the cheapest sufficient level (`level.resolved`).
     """
 
     name: Name
@@ -84,7 +84,7 @@ class Scene(Table):
         return float(self.height_on(self.ice.temperature))
 
     def height_on(self, temperature: ArrayLike) -> Array:
-        """h0 (m) on ice of temperatures (K) of any shape; of rows, straight, held outside."""
+        """h0 (m) on ice of `temperature` (K), any shape; rows are linear, constant outside."""
         given, here = self.film.initial_height, np.asarray(temperature, dtype=float)
         if not isinstance(given, tuple):
             return np.full_like(here, given)
@@ -93,12 +93,13 @@ class Scene(Table):
 
     @property
     def shear_strength(self) -> ShearStrength | None:
-        """tau_b of dry rubber on this ice; None where nothing limits the film's shear."""
+        """tau_b of dry rubber on this ice; None without a limit of the shear."""
         return self.film.dry_shear.strength(self.ice.melting_temperature)
 
     def shearing_height(self, speed: float) -> float:
-        """h0 + eta v / tau_b (m): water of that height shears as hard as the contact does at first
-        at a slip `speed` (m/s).
+        """h0 + eta v / tau_b (m): height of a water film with the initial shear of the contact.
+
+        speed: slip speed, m/s.
         """
         strength = self.shear_strength
         if strength is None:
@@ -108,7 +109,7 @@ class Scene(Table):
 
     @property
     def viscosity(self) -> float:
-        """Of the film's water (Pa s) at the ice's initial temperature, with which it starts."""
+        """Initial viscosity of the film's water, at the ice's initial temperature, Pa s."""
         table = self.water.table
         return self.water.viscosity if table is None else float(table(self.ice.temperature))
 
@@ -116,7 +117,7 @@ class Scene(Table):
     def mooney_rivlin(self) -> MooneyRivlin:
         """Constants of the rubber (SI), of the compound or as given.
 
-        Where it relaxes C10 and C01 are the instantaneous ones.
+        For viscoelastic rubber C10 and C01 are instantaneous.
         """
         rubber = self.rubber
         if rubber.compound is not None:
@@ -136,8 +137,8 @@ class Scene(Table):
     def contact_parameters(self) -> ContactTable | ConstantContact:
         """k, D and H_V over pressure (Pa): the film's constants or table, or the compound's.
 
-        With `film.contact_age` those of a contact that has just touched down, of rubber with its
-        instantaneous modulus. Of the film law only: under others there may be none.
+        With `film.contact_age` they are those of fresh contact, at the instantaneous modulus. Only
+        the film law needs them; other laws may have none.
         """
         film = self.film
         if film.contact_age:
@@ -151,7 +152,7 @@ class Scene(Table):
 
     @property
     def touching_table(self) -> ContactTable:
-        """k, D and H_V over pressure (Pa) of rubber with its instantaneous modulus, 3 G."""
+        """k, D and H_V over pressure (Pa) for rubber at its instantaneous modulus, 3 G."""
         film, modulus = self.film, 3.0 * self.mooney_rivlin.shear_modulus
         if film.contact is None:
             assert self.rubber.compound is not None  # by Scene's validation
@@ -161,7 +162,7 @@ class Scene(Table):
         return replace(table, youngs_modulus=given).at_modulus(modulus)
 
     def outside_table(self) -> str | None:
-        """A sentence if the nominal pressure lies outside the table of k, D, H_V, else None."""
+        """A message if the nominal pressure is outside the table of k, D, H_V, else None."""
         if self.friction.law != "film":
             return None
         table, pressure = self.contact_parameters, self.load.pressures.mean
@@ -184,5 +185,5 @@ class Scene(Table):
         return html_table(self.name, self)
 
     def as_dict(self) -> dict[str, Any]:
-        """Everything, defaults included, in SI, as JSON can hold it; `scene_from_dict` reads it."""
+        """All values with defaults, in SI, JSON-compatible; `scene_from_dict` reads it."""
         return self.model_dump(mode="json")

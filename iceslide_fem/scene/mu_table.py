@@ -22,9 +22,9 @@ LARGEST = 10.0  # mu
 
 
 def read_table(path: Path) -> RegularGridInterpolator:
-    """mu from a table with the columns temperature_C, speed_m_per_s and mu; all combinations.
+    """mu from a table with the columns temperature_C, speed_m_per_s and mu.
 
-    Raises SceneError, one sentence.
+    The table has all combinations of temperatures and speeds. Raises SceneError.
     """
     from scipy.interpolate import RegularGridInterpolator
 
@@ -44,7 +44,7 @@ def read_table(path: Path) -> RegularGridInterpolator:
     full = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
     if not np.array_equal(values[order][:, :2], full):
         table.refuse("needs every combination of its temperatures and speeds once")
-    # An axis of one value is one of two equal ones, so that it can be interpolated.
+    # An axis with one value gets a second point, because interpolation needs two.
     mu = values[order][:, 2].reshape([axis.size for axis in axes])
     for i, axis in enumerate(axes):
         if axis.size == 1:

@@ -1,6 +1,6 @@
-"""What a scene says in vain, and where it leaves what the methods are known to hold for.
+"""Notes on a scene: keys without effect, and values outside the validated range.
 
-A note refuses nothing: it is printed before a run and kept in its summary.
+A note does not stop a run. It is printed before the run and saved in its summary.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from iceslide_fem.runtime.units import ZERO_CELSIUS, readable
 from iceslide_fem.scene.materials import BAR
 from iceslide_fem.scene.model import Scene
 
-# docs/validation/stability.md, operating envelope; both ends belong to it
+# docs/validation/stability.md, operating envelope, ends included
 ENVELOPE = {
     ("film", "initial_height"): (1e-9, 1e-6, "m"),
     ("load", "speed"): (1e-3, 30.0, "m/s"),
@@ -39,14 +39,14 @@ OF_THE_FILM = (
 
 
 def notes(scene: Scene) -> list[str]:
-    """A sentence each, without its full stop; none for a scene that is all in use and usual."""
+    """Notes without full stop; none if all keys have an effect and all values are usual."""
     table = scene.outside_table()
     found = _unused(scene) + _point(scene) + _wet_start(scene) + ([table] if table else [])
     return found + _outside_envelope(scene)
 
 
 def _unused(scene: Scene) -> list[str]:
-    """Keys that are given and have no effect, by the reason why."""
+    """Notes on given keys without effect, with the reason."""
     ice, sliding = scene.ice, scene.ice.motion == "sliding"
     reasons: dict[str, list[str]] = {}
     if scene.load.passes == 1:
@@ -112,7 +112,7 @@ def _unused(scene: Scene) -> list[str]:
 
 
 def _point(scene: Scene) -> list[str]:
-    """How a point reads what was said of a block."""
+    """Notes on how a point model interprets keys of a block."""
     found = []
     if scene.model == "point" and scene.ice.heat in ("continuum", "mesh"):
         nearest = f'below a point the ice is a column, the nearest to ice.heat = "{scene.ice.heat}"'
@@ -127,14 +127,14 @@ def _point(scene: Scene) -> list[str]:
 
 
 def _is_given(scene: Scene, key: str) -> bool:
-    """Whether the dotted `key` has another value than its default."""
+    """Whether the dotted `key` differs from its default."""
     table, name = key.split(".")
     values = getattr(scene, table)
     return bool(getattr(values, name) != type(values).model_fields[name].default)
 
 
 def _wet_start(scene: Scene) -> list[str]:
-    """Dry shear that begins on a film of water."""
+    """Note on dry shear that begins with a water film."""
     height = scene.initial_height
     if scene.film.dry_stress is None or height == 0.0:
         return []
@@ -149,7 +149,7 @@ def _have(keys: list[str]) -> str:
 
 
 def _outside_envelope(scene: Scene) -> list[str]:
-    """Where the scene leaves what default settings are known to converge for."""
+    """Notes on values outside the range where default settings are known to converge."""
     found = []
     for (table, key), (low, high, unit) in ENVELOPE.items():
         if key == "pressure" and (scene.model == "point" or scene.rubber.compound != "B"):
@@ -170,9 +170,9 @@ def _outside_envelope(scene: Scene) -> list[str]:
 
 
 def _extremes(scene: Scene, table: str, key: str) -> list[float]:
-    """Least and largest value of a key, one if they are the same; a plate at rest apart.
+    """Least and largest value of a key (one if equal), without a plate at rest.
 
-    All keys but those of the load are the film's initial height.
+    The keys are those of the load, and the film's initial height.
     """
     if table != "load":
         return [] if scene.film.dry_stress is not None else [scene.initial_height]
@@ -181,9 +181,7 @@ def _extremes(scene: Scene, table: str, key: str) -> list[float]:
 
 
 def _friction(scene: Scene) -> list[str]:
-    """Friction at t = 0, mu = k eta v / (h0 p) (5.29, 5.30), of a film that has not grown yet, or
-    what dry shear leaves of it.
-    """
+    """Note on friction at t = 0, mu = k eta v / (h0 p) (5.29, 5.30), limited by dry shear."""
     if scene.friction.law != "film":
         return []
     p, v = scene.load.pressures.first, scene.load.speeds.first
@@ -200,7 +198,7 @@ def _friction(scene: Scene) -> list[str]:
 
 
 def _rubber(scene: Scene) -> list[str]:
-    """Compression, buckling, and settings of the contact."""
+    """Notes on compression, buckling, and settings of the contact."""
     rubber, load, numerics = scene.rubber, scene.load, scene.numerics
     E, G = scene.mooney_rivlin.youngs_modulus, scene.mooney_rivlin.shear_modulus
     found = []
@@ -229,7 +227,7 @@ def _rubber(scene: Scene) -> list[str]:
             "p",
         ),
     ):
-        if key == "penalty" and rubber.mesh is not None:  # whose height is not known yet
+        if key == "penalty" and rubber.mesh is not None:  # its height is not yet known
             continue
         if value is not None and not low * (1 - 1e-9) <= value / scale <= high * (1 + 1e-9):
             found.append(
@@ -240,10 +238,10 @@ def _rubber(scene: Scene) -> list[str]:
 
 
 def buckling_pressure(E: float, G: float, length: float, height: float) -> float:
-    """Pressure (Pa) at which a block buckles sideways between plates that stay parallel.
+    """Pressure (Pa) at which a block buckles sideways between parallel plates.
 
-    Euler's load of a column whose ends do not turn, p_E = pi^2 E (L / H)^2 / 12, with shear as
-    Haringx has it: p = (kappa G / 2) (sqrt(1 + 4 p_E / (kappa G)) - 1), kappa = 5/6.
+    Euler's load of a column with ends that do not rotate, p_E = pi^2 E (L / H)^2 / 12, with shear
+    after Haringx: p = (kappa G / 2) (sqrt(1 + 4 p_E / (kappa G)) - 1), kappa = 5/6.
     """
     euler, shear = pi**2 * E * (length / height) ** 2 / 12.0, 5.0 / 6.0 * G
     return 0.5 * shear * (sqrt(1.0 + 4.0 * euler / shear) - 1.0)

@@ -1,4 +1,4 @@
-"""How accurately a scene is computed."""
+"""Numerical settings of a scene."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ REFINEMENTS = (0.25, 8.0)  # allowed of meshes
 
 
 class Numerics(Table):
-    """Accuracy: the target relative error of mu(t), and overrides for those who need them.
+    """Accuracy: the target relative error of mu(t), and optional overrides.
 
-    `refinement` divides mesh sizes. `penalty` (Pa/m), `shear_ramp_pressure` (Pa) and `max_step`
-    (s) are chosen by the program if they are not given. `time_limit` (s, of the clock on the wall)
-    is how long a run may take; without it a run is stopped only where its end recedes.
+    `refinement` divides mesh sizes. `penalty` (Pa/m), `shear_ramp_pressure` (Pa) and `max_step` (s)
+    are chosen by the program if they are not given. `time_limit` (s) limits the wall-clock time of
+    a run. Without it a run is stopped only if its remaining time keeps growing.
     """
 
     tolerance: Annotated[float, Quantity("", "1e-6", "0.1")] = 1e-3

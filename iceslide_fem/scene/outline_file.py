@@ -1,4 +1,4 @@
-"""The outline of a block as a file: polygons in the plane of the ice, which `footprint` writes."""
+"""The outline of a block as a file of polygons in the ice plane, as `footprint` writes it."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ SMALLEST, LARGEST = 1e-5, 0.3  # m
 def read_outline(path: Path, key: str) -> tuple[Array, ...]:
     """Polygons (n, 2), m: the block seen from above, the outer one first, then its holes.
 
-    A table with the columns x_m and y_m (or other units), and `ring` (a whole number) where there
-    are holes: the rows of a ring are the corners of one closed polygon, one after the other. Lines
-    that begin with # are remarks. Raises SceneError, one sentence that names `key`, otherwise.
+    The file has the columns x_m and y_m (or other units), and `ring` (an integer) if there are
+    holes. The rows of a ring are the corners of one closed polygon in order. Lines that begin with
+    # are comments. Otherwise raises SceneError with `key`.
     """
     return _read(path, key, path.stat().st_mtime_ns if path.exists() else 0)
 
@@ -45,8 +45,9 @@ def _read(path: Path, key: str, changed: int) -> tuple[Array, ...]:
 
 
 def check_outline(where: str, polygons: Sequence[Array]) -> None:
-    """Raise SceneError, which begins with `where`, if polygons (n, 2), m, the outer one first, are
-    no outline of a block.
+    """Raise SceneError, beginning with `where`, if polygons are not an outline of a block.
+
+    polygons: (n, 2), m, the outer one first.
     """
     size = float(np.ptp(polygons[0], axis=0).max())
     if not SMALLEST <= size <= LARGEST:
@@ -81,7 +82,7 @@ def _polygon(where: str, points: list[tuple[float, float]]) -> Array:
 
 
 def _check_crossings(where: str, polygons: Sequence[Array]) -> None:
-    """Raise SceneError where sides cross or touch sides that are not their neighbours."""
+    """Raise SceneError if sides cross or touch other sides than their neighbours."""
     starts = np.concatenate(polygons)
     ends = np.concatenate([np.roll(ring, -1, axis=0) for ring in polygons])
     count = len(starts)

@@ -1,4 +1,4 @@
-"""What a run of a scene writes, and when."""
+"""Output of a run: quantities and times."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ MOST_TIMES = 10_000  # of fields, by their number
 
 
 class Output(Table):
-    """What a slice or block writes beside its histories. None of it changes a result.
+    """Output of a slice or block besides its histories. It does not change results.
 
-    `times` of the fields: how many parts of the run end with one (a whole number), or an interval
-    or a list (s). `fields` are those of docs/reference/columns.md. `probes`: places (x, y, z), m,
-    by their names: of the undeformed rubber, of its contact surface (z = 0), or of the ice (z < 0).
+    `times` of fields: a number of equal parts of the run, an interval (s), or a list (s). `fields`
+    are those of docs/reference/columns.md. `probes`: named positions (x, y, z), m, in the
+    undeformed rubber, on its contact surface (z = 0), or in the ice (z < 0).
     """
 
     times: int | float | tuple[float, ...] = 25
@@ -42,5 +42,5 @@ class Output(Table):
 
     @property
     def latest(self) -> float:
-        """The last of the `times` that are listed, s; 0 if none is."""
+        """The last of listed `times`, s; 0 without a list."""
         return max(self.times, default=0.0) if isinstance(self.times, tuple) else 0.0

@@ -1,4 +1,4 @@
-"""Passes over the same ice, and rows of blocks: what of a scene contradicts them."""
+"""Checks of scenes with several passes over the same ice, or rows of blocks."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def check_passes(scene: Tables) -> None:
     if rubber.heat:
         raise ValueError(
             f"{key} and rubber.heat contradict each other: the ice rests between passes, and "
-            "nothing says what the rubber does; allowed: rubber.heat = false"
+            "the heat of the rubber then is unknown; allowed: rubber.heat = false"
         )
     if scene.ice.heat == "half-space":
         raise ValueError(

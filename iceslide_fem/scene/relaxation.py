@@ -1,4 +1,4 @@
-"""How a scene says that its rubber relaxes: Prony series, shift with temperature."""
+"""Viscoelasticity in a scene: Prony series, and shift with temperature."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ SOFTEST = 1e-6  # long-term modulus over the instantaneous one
 
 
 def read_arms(given: Any) -> Any:
-    """Arms (g, tau) by rising tau, as numbers (of the instantaneous modulus, s).
+    """Arms (g, tau) sorted by tau: fractions of the instantaneous modulus, and times (s).
 
-    Raises PydanticCustomError with what is wrong with them.
+    Raises PydanticCustomError if they are invalid.
     """
     if given is None:
         return None
@@ -64,7 +64,7 @@ Arms = Annotated[
 class Wlf(Table):
     """log10 a_T = -C1 (T - reference) / (C2 + T - reference), C2 and the reference in K.
 
-    Below `arrhenius_below` (K) times follow an `activation_energy` (J/mol) instead.
+    Below `arrhenius_below` (K) the Arrhenius law with `activation_energy` (J/mol) applies.
     """
 
     C1: Annotated[float, Quantity("", "0", "1000")]

@@ -1,4 +1,4 @@
-"""A value that a scene gives as a number or as a table over another quantity, or in a CSV file."""
+"""A value of a scene: a number, or a table over another quantity, inline or in a CSV file."""
 
 from __future__ import annotations
 
@@ -33,10 +33,9 @@ class RowsOf:
     """Annotation of a field that is a number (`value`) or rows of pairs [`over`, `value`], SI.
 
     Typed as [["0 ms", "1 bar"], ["2 ms", "3 bar"]], or as the path of a CSV file (*.csv) of two
-    columns, whose header has names with units: "time (ms), pressure (bar)", or as the program's own
-    tables have them, "time_s,nominal_pressure_Pa". `what` is what it is
-    over; in rows the value may go down to `lowest`. A file is read when the scene is: its rows are
-    then the scene's.
+    columns. Its header has names with units, "time (ms), pressure (bar)" or
+    "time_s,nominal_pressure_Pa". `what`: name of the independent quantity; `lowest`: least value in
+    rows. A file is read together with the scene, and its rows become part of the scene.
     """
 
     what: str
@@ -50,7 +49,7 @@ class RowsOf:
         return replace(self.value, low=self.lowest)
 
     def rows(self, given: Any) -> Rows:
-        """Rows of numbers that `given` holds, whatever their range; none of what is not right."""
+        """Rows of numbers in `given`, without checks of range; empty if they are invalid."""
         try:
             anything = replace(self.value, low=f"-1e300 {self.unit}", high=f"1e300 {self.unit}")
             found = replace(self, value=anything, lowest=anything.low).validate(given)

@@ -1,4 +1,4 @@
-"""The rubber block of a scene: its material, its shape, what is computed of it."""
+"""The rubber block of a scene: material, shape, and physics."""
 
 from __future__ import annotations
 
@@ -40,13 +40,13 @@ from iceslide_fem.scene.shape import (
 from iceslide_fem.scene.table import Table
 from iceslide_fem.scene.units import Quantity
 
-LEAST_INSTANTANEOUS_NU = 0.3  # of rubber that relaxes
+LEAST_INSTANTANEOUS_NU = 0.3  # for viscoelastic rubber
 Length = Annotated[float, Quantity("m", "10 um", "1 m")]
 Stiffness = Annotated[float, Quantity("Pa", "0 MPa", "10000 MPa")]
 
 
 def _heat(given: Any) -> Any:
-    """How heat goes into the rubber: not, in columns, or on its mesh."""
+    """Validate `rubber.heat`: off, in columns, or on the mesh."""
     if isinstance(given, bool) or given == "mesh":
         return given
     raise PydanticCustomError("form", 'is not available; allowed: true, false or "mesh"')
@@ -55,25 +55,24 @@ def _heat(given: Any) -> Any:
 class Rubber(Table):
     """The rubber block: a compound or its Mooney-Rivlin constants, size (m), density (kg/m3).
 
-    C10, C01 in Pa; compressibility by D1 (1/Pa) or by Poisson's ratio nu (also `poisson_ratio`),
-    which may be given beside a compound, too, instead of its D1. `heat` resolves heat conduction in
-    the rubber, in columns above the contact or ("mesh") on its mesh, whose plate is insulated or
-    held at the initial temperature (`plate`), with its `conductivity` (W/(m K)) and `heat_capacity`
-    (J/(kg K)) by default of the thesis's table 1, `inertia` its motion. The lower edges of the
-    block and of its lugs are round (`edge_radius`) or cut off at 45 degrees (`chamfer`), the sides
-    lean by `draft_angle` (rad), so that the block is wider at the plate; length and width are those
-    at the ice. `sipes`: how many evenly spaced slots across the sliding direction are cut into the
-    box from below, or a list of them; `grooves` run along it. Sipes take whatever water comes, or,
-    if the block `stores_water`, what their shape holds. `wall_friction` is the friction
-    coefficient of their walls on each other. `outline` is a file of polygons (x, y), the block seen
-    from above, instead of the rectangle. `rows` of blocks slide over the ice one after the other, a
-    `row_pitch` (m) from leading edge to leading edge. `mesh` replaces the box by a mesh file, whose
-    coordinates are in `mesh_unit`.
+    Material: C10, C01 in Pa; compressibility by D1 (1/Pa) or by Poisson's ratio nu (also
+    `poisson_ratio`), which may also replace the D1 of a compound. `inertia` adds inertia forces.
+    `heat` adds heat conduction in the rubber, in columns above the contact or ("mesh") on its mesh.
+    The mesh is insulated or held at the initial temperature at the plate (`plate`). `conductivity`
+    (W/(m K)) and `heat_capacity` (J/(kg K)) are by default those of the thesis's table 1. Shape:
+    the lower edges of block and lugs are round (`edge_radius`) or cut off at 45 degrees
+    (`chamfer`). The sides lean by `draft_angle` (rad), so the block is wider at the plate; length
+    and width are those at the ice. `sipes` is a number of evenly spaced slots across the sliding
+    direction, or a list of slots; `grooves` run along it. Sipes take any amount of water, or, if
+    the block `stores_water`, their volume. `wall_friction` is the friction coefficient between
+    their walls. `outline` is a file of polygons (x, y), the block seen from above, instead of the
+    rectangle. `rows` of blocks slide over the ice in succession, with the distance `row_pitch` (m)
+    of leading edges. `mesh` replaces the box by a mesh file with coordinates in `mesh_unit`.
 
-    Rubber that relaxes has arms [g, tau (s)], `prony`, with fractions g of the instantaneous
-    modulus; C10 and C01 are those of the modulus that `modulus_is`; `wlf` shifts the times.
-    Instead of `prony`, `dma` is a table of measured moduli, to which arms are fitted, and the
-    shift, too, unless `wlf` gives it.
+    Viscoelasticity: `prony` has arms [g, tau (s)] with fractions g of the instantaneous modulus.
+    `modulus_is` tells which modulus C10 and C01 are. `wlf` shifts the times with temperature.
+    Instead of `prony`, `dma` is a table of measured moduli; arms are fitted to it, and also the
+    shift, unless `wlf` is given.
     """
 
     compound: str | None = None
@@ -202,7 +201,7 @@ class Rubber(Table):
 
     @property
     def relaxation(self) -> Relaxation | None:
-        """How the rubber relaxes; None where it is elastic."""
+        """Viscoelasticity of the rubber; None if it is elastic."""
         shift = self._given_shift
         if self.dma is not None:
             return relaxation_of(self.dma, "rubber.dma", shift)
@@ -216,12 +215,12 @@ class Rubber(Table):
 
     @property
     def solid(self) -> Solid:
-        """The rubber as heat sees it."""
+        """Thermal properties of the rubber."""
         return Solid(self.conductivity, self.density, self.heat_capacity)
 
 
 def check_bulk(instantaneous: MooneyRivlin, rubber: Rubber) -> None:
-    """Raise ValueError where rubber that relaxes is as easily compressed at once as sheared."""
+    """Raise ValueError if Poisson's ratio at the instantaneous modulus is too small."""
     nu = instantaneous.poissons_ratio
     moduli = instantaneous.bulk_modulus, instantaneous.shear_modulus
     if rubber.relaxation is not None and nu < LEAST_INSTANTANEOUS_NU:

@@ -1,4 +1,4 @@
-"""Cuts in the built-in block, and whether they fit into it."""
+"""Cuts in the built-in block, and checks of their fit."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ Size = Annotated[float, Quantity("m", "10 um", "1 m")]
 Cut = Annotated[float, Quantity("m", "0 m", "10 mm")]
 Tilt = Annotated[float, Quantity("rad", "-40 deg", "40 deg")]
 
-DEEPEST = 0.9  # of the height: more would leave no rubber to hold the lugs
-LARGEST_EDGE = 0.2  # of a lug, of the height, of a depth: what a cut of the edges may take
+DEEPEST = 0.9  # of the height: the rest holds the lugs
+LARGEST_EDGE = 0.2  # largest cut of an edge, of a lug, of the height and of a depth
 SMALLEST_EDGE = 1e-6  # m
-WIDEST = 0.5  # of the evenly spaced sipes' distance
+WIDEST = 0.5  # of the distance of evenly spaced sipes
 
 
 class Sipe(Table):
     """A slot across the sliding direction: middle of its mouth, width and depth, m.
 
-    angle (rad): of its walls to the vertical, the end of the slot ahead of its mouth. Its walls
-    may be a `wave` or a zigzag of this `amplitude` and `wavelength` (m), `along` the width of the
-    block or along the sipe's depth.
+    angle: of its walls to the vertical, rad; positive if the end of the slot is ahead of its mouth.
+    Its walls may be a `wave` or a zigzag with `amplitude` and `wavelength` (m), `along` the width
+    of the block or the depth of the sipe.
     """
 
     position: Position
@@ -41,7 +41,7 @@ class Sipe(Table):
 
     @property
     def walls(self) -> tuple[float, float]:
-        """Where its walls meet the ice, m."""
+        """Positions of its walls at the ice, m."""
         return self.position - self.width / 2, self.position + self.width / 2
 
     @model_validator(mode="after")
@@ -63,7 +63,7 @@ def _many_or_listed(value: Any) -> str:
     return "<listed>" if isinstance(value, list | tuple) else "<counted>"
 
 
-# How many, or which: messages leave out what stands in angle brackets.
+# A number or a list. Messages omit text in angle brackets.
 Sipes = Annotated[
     Annotated[Literal[0, 1, 2, 3, 4, 5, 6, 7, 8], Tag("<counted>")]
     | Annotated[tuple[Sipe, ...], Tag("<listed>")],
@@ -82,7 +82,7 @@ class Groove(Table):
 
 
 class Shaped(Protocol):
-    """What the shape of a block is made of (`Rubber`): lengths in m, the angle in rad."""
+    """Shape parameters of a block (`Rubber`): lengths in m, angle in rad."""
 
     @property
     def length(self) -> float: ...
@@ -115,7 +115,7 @@ def evenly_spaced(count: int, length: float, width: float, depth: float) -> tupl
 
 
 def check_shape(rubber: Shaped) -> None:
-    """Raise ValueError if the cuts do not fit into the block, or nothing is there to be cut."""
+    """Raise ValueError if the cuts do not fit into the block, or contradict mesh or outline."""
     given = {
         "rubber.sipes": bool(rubber.cuts),
         "rubber.grooves": bool(rubber.grooves),
@@ -160,7 +160,7 @@ def _check_depths(rubber: Shaped) -> None:
 
 
 def _check_lugs(rubber: Shaped) -> None:
-    """Raise ValueError where sipes overlap or leave no room for the cuts of the edges."""
+    """Raise ValueError if sipes overlap or leave no room for edge cuts."""
     half = rubber.length / 2
     walls = [(-half, -half)]
     walls += [*(cut.walls for cut in rubber.cuts), (half, half)]
@@ -192,13 +192,11 @@ def _check_lugs(rubber: Shaped) -> None:
 
 
 def check_room_across(rubber: Shaped) -> None:
-    """Raise ValueError where grooves and the sides leave no room for the cuts of the edges along
-    the sliding direction, which a slice does not have.
-    """
+    """Raise ValueError if grooves and sides leave no room for edge cuts along x (block only)."""
     begin, narrowest = 0.0, rubber.width
     for groove in sorted(rubber.grooves, key=lambda groove: groove.position):
         low, high = groove.position - groove.width / 2, groove.position + groove.width / 2
-        if groove.position > 0.0:  # the lug in the middle has its other half beyond y = 0
+        if groove.position > 0.0:  # the middle lug is halved at y = 0
             narrowest = min(narrowest, (low - begin) * (1 if begin else 2))
         begin = high
     narrowest = min(narrowest, (rubber.width / 2 - begin) * (1 if begin else 2))
@@ -212,7 +210,7 @@ def check_room_across(rubber: Shaped) -> None:
 
 
 def _edge(rubber: Shaped) -> tuple[float, str]:
-    """What is cut off the edges, m, and by which key."""
+    """Size of the edge cut, m, and its key."""
     return max((rubber.edge_radius, "edge_radius"), (rubber.chamfer, "chamfer"))
 
 

@@ -1,6 +1,6 @@
-"""How hard dry rubber and ice shear where they touch: tau_b over the ice's surface temperature.
+"""Shear strength tau_b of dry rubber on ice over the ice's surface temperature.
 
-By a number it is tau_0 min(1, (T_m + delta - T) / Delta), else a table.
+A number tau_0 gives tau_0 min(1, (T_m + delta - T) / Delta); otherwise it is a table.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from iceslide_fem.runtime.arrays import Array, Index
 class ShearStrength(NamedTuple):
     """tau_b (Pa) over the temperature below the melting point, u = T_m - T (K).
 
-    depth: ascending u from 0 on; strength: tau_b there, which does not fall with u; both (rows, 1),
-    or (rows, n) where points differ. Straight between rows, constant beyond the last.
+    depth: ascending u from 0; strength: tau_b there, not falling with u; both (rows, 1), or (rows,
+    n) if points differ. Linear between rows, constant beyond the last.
     """
 
     depth: Array
@@ -65,7 +65,7 @@ class ShearStrength(NamedTuple):
         return np.maximum(row, 0), self.slope(row)
 
     def slope(self, row: Index) -> Array:
-        """d tau_b / d u (Pa/K) from each of these rows to the next, 0 beyond the last and first."""
+        """d tau_b / d u (Pa/K) from each of these rows to the next, 0 beyond the ends."""
         last = len(self.depth) - 1
         here, there = np.clip(row, 0, last), np.clip(row + 1, 0, last)
         rise = self.at(there, self.strength) - self.at(here, self.strength)
@@ -80,7 +80,7 @@ class ShearStrength(NamedTuple):
 
     @classmethod
     def together(cls, strengths: Sequence[ShearStrength], sizes: Sequence[int]) -> ShearStrength:
-        """Those of all points, so many of each, with as many rows."""
+        """One strength for the points of several (`sizes` each), which have equally many rows."""
         columns = (
             np.hstack(
                 [

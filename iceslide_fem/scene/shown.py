@@ -16,7 +16,7 @@ from iceslide_fem.scene.units import Quantity
 
 
 def unit_of_field(field: FieldInfo) -> str | None:
-    """SI unit of a field ("" for a pure number), None for what is not a number."""
+    """SI unit of a field ("" for a pure number), None if it is not a number."""
     parts = [
         *field.metadata,
         *(part for arm in get_args(field.annotation) for part in get_args(arm)),
@@ -46,7 +46,7 @@ def html_table(name: str, table: BaseModel) -> str:
 
 
 def _text(value: Any, unit: str) -> str:
-    """A value with its unit; of rows how many they are."""
+    """A value with its unit; for rows their number."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, tuple) and value and isinstance(value[0], tuple):

@@ -1,4 +1,4 @@
-"""The tables of a scene, as what is checked between them reads them."""
+"""The tables of a scene, as checks between tables use them."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ class Tables(Protocol):
 
     @property
     def load(self) -> Load:
-        """What presses and moves it."""
+        """Pressure and speed."""
 
     @property
     def ice(self) -> Ice:
-        """What it slides on."""
+        """The ice."""
 
     @property
     def film(self) -> Film:
-        """The water between both."""
+        """The water film."""
 
     @property
     def water(self) -> Water:
-        """What it is made of."""
+        """Properties of the film's water."""
 
     @property
     def friction(self) -> Friction:
@@ -46,8 +46,8 @@ class Tables(Protocol):
 
     @property
     def numerics(self) -> Numerics:
-        """How accurately it is computed."""
+        """Numerical settings."""
 
     @property
     def output(self) -> Output:
-        """What is written."""
+        """Output settings."""

@@ -1,7 +1,7 @@
-"""How solids that are heated from their surface are meshed below it: in thermal layers.
+"""Graded meshes below a heated surface, in thermal layers.
 
-Heat that enters at a surface reaches some thermal layers sqrt(alpha t) deep, and its temperature
-falls most steeply there: layers start thin and grow. Each is a quadratic element.
+Heat from a surface penetrates some thermal layers sqrt(alpha t). The temperature falls most steeply
+at the surface, so elements start thin and grow. Each layer is a quadratic element.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from numpy.typing import ArrayLike
 from iceslide_fem.runtime.arrays import Array, Index
 from iceslide_fem.scene.materials import Layer
 
-# First layer relative to the thermal layer of the whole run, growth of the layers below, and how
-# deep they go: erfc(2) = 0.5 % of the rise is left there. The surface temperature under constant
-# flux is then within 4e-5 from a hundredth of the run on, within 8e-5 from a thousandth on.
+# First layer over the thermal layer of the whole run, growth of layers, and depth, where erfc(2) =
+# 0.5 % of the rise remains. The error of the surface temperature under constant flux is then 4e-5
+# after a hundredth of the run, and 8e-5 after a thousandth.
 FIRST_LAYER = 0.025
 LAYER_RATIO = 1.4
 HEATED_LAYERS = 4.0
-# How much further than elements grow the last one of a layer may reach, of one more element: where
-# it did not, one of a fifth of its thickness could be left.
+# Allowed excess thickness of the last element of a layer, over that of one more element. Without it
+# an element of a fifth of the thickness could remain.
 LAST_STRETCH = 0.25
 
 
@@ -36,9 +36,9 @@ def layers(
 ) -> Array:
     """Thickness (m) of the layers below a surface that is heated for `duration` (s), downwards.
 
-    `first_layer` and `depth` are in thermal layers sqrt(alpha t) of the shortest and of the longest
-    of the durations: what is made for two has the layers of one for the shorter, and more below
-    them. diffusivity: alpha, m2/s.
+    `first_layer` and `depth` are in thermal layers sqrt(alpha t) of the shortest and the longest
+    duration. Layers for two durations are those for the shorter one, and more below. diffusivity:
+    alpha, m2/s.
     """
     first = first_layer * np.sqrt(diffusivity * np.min(duration))
     total = depth * np.sqrt(diffusivity * np.max(duration))
@@ -49,8 +49,8 @@ def layers(
 class StackedLayers(NamedTuple):
     """Elements below a surface, downwards.
 
-    Their thickness (m), the number of the layer of the stack that each lies in, and whether they
-    end on the `base` of the stack: else they end where heat does not reach.
+    Thickness (m) and stack layer of each element, and whether they end on the `base` of the stack.
+    Otherwise they end where heat does not reach.
     """
 
     thickness: Array
@@ -66,15 +66,15 @@ def stacked_layers(
     depth: float = HEATED_LAYERS,
     to_base: bool = False,
 ) -> StackedLayers:
-    """Elements through a `stack` of solids below a surface that is heated, as `layers` grades one.
+    """Graded elements through a `stack` of solids below a heated surface.
 
-    Depth counts in thermal layers, of each solid its own: below the thermal depth z (s^0.5) an
-    element is first + (ratio - 1) z thick, times sqrt(alpha). Interfaces lie between elements: the
-    last one of a layer is thinner, or up to a quarter thicker. The stack is cut where heat does not
-    reach. Heat that comes from its base, too, wants it whole, and graded from both of its faces to
-    the middle: `to_base`, of a stack of a certain thickness. What is made for two durations has the
-    elements of one for the shorter, and more below them. A half-space, one layer of infinite
-    thickness, has those of `layers`.
+    Depth is measured in thermal layers of each solid. At the thermal depth z (s^0.5) an element has
+    the thickness first + (ratio - 1) z, times sqrt(alpha). Interfaces of solids are element
+    boundaries: the last element of a layer is thinner, or up to a quarter thicker. The stack is cut
+    where heat does not reach. With heat from its base (`to_base`, finite stack) it is meshed whole,
+    and graded from both faces to the middle. Elements for two durations are those for the shorter
+    one, and more below. A half-space, one layer of infinite thickness, has the elements of
+    `layers`.
     """
     if to_base:
         upper, lower = (
@@ -106,7 +106,7 @@ def stacked_layers(
 
 
 def _halves(stack: Sequence[Layer]) -> tuple[list[Layer], list[Layer]]:
-    """The stack above its thermal middle, to a hundredth of the layer there, and upwards to it."""
+    """The stack down to its thermal middle, and up to it (within 1 % of the layer there)."""
     thermal = np.array([thickness / solid.diffusivity**0.5 for _, thickness, solid in stack])
     ends = np.cumsum(thermal)
     above = np.round(np.clip((0.5 * ends[-1] - ends) / thermal + 1.0, 0.0, 1.0), 2)

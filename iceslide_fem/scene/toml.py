@@ -1,4 +1,4 @@
-"""Scene files: TOML read, single values replaced."""
+"""Scene files in TOML, and overrides of single values."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from iceslide_fem.scene.model import FILE_KEYS, TABLE_KEYS, Scene
 from iceslide_fem.scene.rows import names_a_file
 from iceslide_fem.scene.validation import scene_from_dict
 
-DEEPEST = 8  # tables and lists within each other; a scene has two
+DEEPEST = 8  # levels of nesting; a scene has two
 _BARE_UNIT = re.compile(r"=\s*[+-]?\.?\d[\d_.]*(?:[eE][+-]?\d+)?\s*[^\W\d_]|=.*\d\s*[%°]")
 
 
@@ -30,8 +30,8 @@ def load_scene(path: Path | str, overrides: Sequence[str] = ()) -> Scene:
 def read_scene(path: Path | str, overrides: Sequence[str] = ()) -> dict[str, Any]:
     """The tables of a TOML scene file with `overrides` applied, not yet validated.
 
-    A relative path (`FILE_KEYS`) is relative to the scene file, in an override to the working
-    directory.
+    A relative path (`FILE_KEYS`) is relative to the scene file; in an override it is relative to
+    the working directory.
     Raises SceneError if the file or an override can't be read.
     """
     path = Path(path)
@@ -40,7 +40,7 @@ def read_scene(path: Path | str, overrides: Sequence[str] = ()) -> dict[str, Any
         data = tomllib.loads(text)
     except RecursionError:
         raise SceneError(f"{path} is nested too deeply") from None
-    except ValueError as error:  # of TOML, or a whole number of thousands of digits
+    except ValueError as error:  # invalid TOML, or an integer with thousands of digits
         raise SceneError(f"{path} is not valid TOML: {error}{_hint(text, str(error))}") from None
     for table, name in FILE_KEYS:
         values = data.get(table)
@@ -60,7 +60,7 @@ def read_scene(path: Path | str, overrides: Sequence[str] = ()) -> dict[str, Any
 
 
 def _hint(text: str, error: str) -> str:
-    """Advice, if the line that TOML could not read has a unit without quotes."""
+    """Advice if the invalid TOML line has a unit without quotes."""
     lines = text.splitlines()
     at = re.search(r"at line (\d+)", error)
     line = lines[int(at[1]) - 1] if at and int(at[1]) <= len(lines) else ""
@@ -68,7 +68,7 @@ def _hint(text: str, error: str) -> str:
 
 
 def _check_depth(path: Path, data: dict[str, Any]) -> None:
-    """Raise SceneError before anything that walks down `data` finds no end."""
+    """Raise SceneError if `data` is nested too deeply for recursion."""
     level: list[Any] = [data]
     for _ in range(DEEPEST):
         inner = (part.values() if isinstance(part, dict) else part for part in level)
@@ -122,8 +122,8 @@ def flat(tables: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
 
 
 def as_toml(tables: Mapping[str, Any]) -> str:
-    """Tables of a scene as the text of a scene file; what is None is left out."""
-    import tomlkit  # not needed by who reads scenes only
+    """Tables of a scene as the text of a scene file, without None values."""
+    import tomlkit  # not needed to read scenes
 
     return tomlkit.dumps(_without_none(tables))
 

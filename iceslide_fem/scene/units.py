@@ -1,4 +1,4 @@
-"""Quantities people type: plain numbers in SI, or strings that carry a unit."""
+"""Quantities as users type them: plain numbers in SI, or strings with a unit."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from iceslide_fem.runtime.units import to_si
 class Quantity:
     """Annotation of a pydantic float field: SI `unit` ("" for a pure number), and its range.
 
-    `low` and `high` (both allowed) are written as a person would type them and are shown in the
-    error message: `pressure: Annotated[float, Quantity("Pa", "0.01 bar", "100 bar")]`.
+    `low` and `high` (both included) are written as a user types them, and shown in the error
+    message: `pressure: Annotated[float, Quantity("Pa", "0.01 bar", "100 bar")]`.
     """
 
     unit: str
@@ -25,7 +25,7 @@ class Quantity:
     high: str
 
     def validate(self, value: Any) -> float:
-        """`value` in SI; raises PydanticCustomError("quantity") with what is wrong and allowed."""
+        """`value` in SI; raises PydanticCustomError("quantity") with the fault and the range."""
         try:
             return self.in_range(value)
         except ValueError as error:
@@ -34,7 +34,7 @@ class Quantity:
             raise PydanticCustomError("quantity", "{message}", {"message": message}) from None
 
     def in_range(self, value: Any) -> float:
-        """`value` in SI; raises ValueError with what is wrong, but not with what is allowed."""
+        """`value` in SI; raises ValueError with the fault only."""
         if isinstance(value, bool) or not isinstance(value, int | float | str):
             raise ValueError("is not a number" + (" or a string with a unit" if self.unit else ""))
         number = to_si(value, self.unit) if isinstance(value, str) else value

@@ -1,4 +1,4 @@
-"""From a dictionary to a scene, and what is known of its keys."""
+"""From a dictionary to a scene, and information about keys."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def scene_from_dict(data: Mapping[str, Any]) -> Scene:
 
 
 def unit_of(key: str) -> str | None:
-    """SI unit of the dotted `key` ("" for a pure number), None for what is not a number.
+    """SI unit of the dotted `key` ("" for a pure number), None if it is not a number.
 
     Raises SceneError if a scene has no such key.
     """
@@ -41,7 +41,7 @@ def unit_of(key: str) -> str | None:
 
 
 def _by_alias(fields: Mapping[str, FieldInfo]) -> dict[str, str]:
-    """Name of the field by any other name that it may be given."""
+    """Field names by alias."""
     return {
         str(alias): name
         for name, field in fields.items()

@@ -1,4 +1,4 @@
-"""Where water in the voids may carry, and ice may bring it."""
+"""Checks of scenes with load-bearing water in voids, and with wet ice."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from iceslide_fem.scene.tables import Tables
 
 
 def check_voids(scene: Tables) -> None:
-    """Raise ValueError where water in the voids cannot carry, or ice cannot bring any."""
+    """Raise ValueError if voids cannot bear load, or ice cannot be wet, in this scene."""
     film, ice = scene.film, scene.ice
     if film.voids != "carry":
         if ice.is_wet:

@@ -1,4 +1,4 @@
-"""Many runs: what a scene will cost, the ladder of models, sweeps, and the page about a folder.
+"""Work with many runs: cost estimates, the model hierarchy (ladder), sweeps, and report pages.
 
 Imports `simulate`, `preprocess`, `postprocess` and what is below them.
 """

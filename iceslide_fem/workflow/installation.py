@@ -1,6 +1,6 @@
-"""What is installed and works, part by part, and what to do about what does not.
+"""Check of the installation part by part, with advice on missing parts.
 
-Libraries that may end a process are looked at in processes of their own.
+Libraries that may crash a process are checked in separate processes.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from iceslide_fem.runtime.errors import IceslideError
 from iceslide_fem.runtime.machine import available_cores
 
 OLDEST_PYTHON = (3, 11)
-SECONDS = 120.0  # for a process that looks at one library
+SECONDS = 120.0  # time limit of a process that checks one library
 DOLFINX = (
     "install Debian's python3-dolfinx (scripts/setup), or pip install 'iceslide_fem[wheel]' on "
     "Python 3.12 or newer; points need neither"
@@ -38,8 +38,7 @@ print("pyvista", pyvista.__version__ + ",", "VTK", vtk.vtkVersion.GetVTKVersion(
 
 
 class Part(NamedTuple):
-    """What was found of a part, whether it works, whether slices and blocks need it, and what to do
-    if it does not work."""
+    """A part: what was found, whether it works, whether slices and blocks need it, advice."""
 
     name: str
     found: str
@@ -49,14 +48,14 @@ class Part(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """Whether a process ended well, and its last line, or why it did not."""
+    """Whether a process succeeded, and its last line or the reason of failure."""
 
     works: bool
     text: str
 
 
 def parts() -> list[Part]:
-    """All parts, in the order in which they are shown. Never raises for what is missing."""
+    """All parts, in the order shown. Missing parts never raise an error."""
     with ThreadPoolExecutor() as pool:
         probe = pool.submit(answer, "-m", "iceslide_fem.fenics.probe")
         gmsh = pool.submit(answer, "-c", GMSH)
@@ -79,7 +78,7 @@ def can_run(found: list[Part]) -> bool:
 
 
 def answer(*words: str) -> Answer:
-    """What Python says, started with `words` in a process of its own."""
+    """Output of Python, started with `words` in a separate process."""
     try:
         done = subprocess.run(
             [sys.executable, *words],

@@ -1,4 +1,4 @@
-"""What `iceslide report` does: what lies in a folder, and the page about it."""
+"""Work of `iceslide report`: recognise the results in a folder, and write their page."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ FILE = "report.html"
 
 
 def report(folders: Sequence[Path], out: Path | None = None) -> Path:
-    """Write the page about what the folders hold; its path.
+    """Write the page about the results in the folders; returns its path.
 
-    Without `out` it is report.html in the only folder, or results/comparison.html. Raises
+    Without `out` it is report.html in a single folder, else results/comparison.html. Raises
     SceneError if there is nothing to report, OutputError if the page cannot be written.
     """
     if out is None:
@@ -36,7 +36,7 @@ def page_of(folders: Sequence[Path]) -> Page:
     for folder in folders:
         if not folder.is_dir():
             raise SceneError(f"{folder} is not a folder; give one that a command wrote to")
-    # What a page does not need is not imported: it is made after every run.
+    # Imports are local, because a page is made after every run.
     if len(folders) > 1:
         from iceslide_fem.postprocess.report.of_runs import page_of_runs
 
@@ -72,7 +72,7 @@ def page_of(folders: Sequence[Path]) -> Page:
 
 
 def _summary(folder: Path) -> dict[str, object]:
-    """What summary.json in the folder says, or nothing where there is none."""
+    """Content of summary.json in the folder; empty without one."""
     path = folder / "summary.json"
     if not path.is_file():
         return {}

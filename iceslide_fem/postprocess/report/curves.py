@@ -1,4 +1,4 @@
-"""The charts of one or several runs over time: friction, film, temperature, contact, energies."""
+"""Charts of runs over time: friction, film, temperature, contact, energies."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ TIME = "sliding time (ms)"
 
 
 QUANTITIES = (FRICTION, HEIGHT, WARMTH, SQUEEZED)
-SAID = 4  # curves of a chart of which each is said in words
+SAID = 4  # largest number of curves that are described one by one
 
 
 def charts_of(runs: Mapping[str, Run]) -> list[Chart]:
-    """The charts that every run has, with a curve for each run."""
+    """The charts common to all runs, with a curve for each run."""
     alone = next(iter(runs.values())) if len(runs) == 1 else None
     charts = []
     drawn = (
@@ -48,7 +48,7 @@ def charts_of(runs: Mapping[str, Run]) -> list[Chart]:
             if quantity.column in run.history
         ]
         if not any(np.isfinite(curve.y).any() for curve in curves):
-            continue  # of laws without a film, and of films without such a column
+            continue  # the law or film has no such column
         said = "; ".join(map(_said, curves)) if len(curves) <= SAID else _said_of_many(curves)
         bands = phases(alone) if alone is not None else ()
         name = quantity.column
@@ -62,13 +62,13 @@ def _curve(name: str, run: Run, quantity: Quantity, look: int) -> Curve:
 
 
 def _goes_in_time(runs: Mapping[str, Run], load: Quantity) -> bool:
-    """Whether a load of one of the runs is not the same at all times."""
+    """Whether a load of any run changes in time."""
     columns = (run.history.get(load.column, np.zeros(1)) for run in runs.values())
     return any(np.ptp(column) > 1e-9 * np.abs(column).max() for column in columns)
 
 
 def _said_of_many(curves: list[Curve]) -> str:
-    """Where the curves end, the lowest and the highest; the table below the chart has all."""
+    """End values of the lowest and the highest curve; the table below the chart has all."""
     ends = {curve.name: float(np.asarray(curve.y)[-1]) for curve in curves}
     known = {name: end for name, end in ends.items() if np.isfinite(end)}
     low, high = min(known, key=known.__getitem__), max(known, key=known.__getitem__)
@@ -79,7 +79,7 @@ def _said_of_many(curves: list[Curve]) -> str:
 
 
 def _said(curve: Curve) -> str:
-    """A curve in words: from where to where, with its extremes."""
+    """A curve in words: start, end and extremes."""
     x, y = np.asarray(curve.x), np.asarray(curve.y)
     if not np.isfinite(y).any():
         return f"{curve.name}: none"
@@ -91,7 +91,7 @@ def _said(curve: Curve) -> str:
 
 
 def phases(run: Run) -> list[Band]:
-    """When the film warms, melts and is saturated (ms)."""
+    """Phases of the film: warming, melting, saturated (ms)."""
     return [Band(name, MS * start, MS * end) for name, (start, end) in run.phases.items()]
 
 

@@ -1,4 +1,4 @@
-"""Drawings of the fields of a run, as the page takes them: block, contact, ice."""
+"""Drawings of the fields of a run for the page: block, contact, ice."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ Drawing = dict[str, Any]
 def drawings_of(
     run: Run, rubber: list[Grid], interface: list[Grid], ice: list[Grid]
 ) -> list[Drawing]:
-    """The drawings of a run from its grids at some moments; none of what has too many cells."""
+    """Drawings of a run from its grids at some times; grids with too many cells are skipped."""
     flat = run.scene["model"] == "slice"
     coldest = run.scene["ice"]["temperature"] - ZERO_CELSIUS
     quantities = (CONTACT, FILM, SURFACE)
@@ -54,14 +54,14 @@ def drawings_of(
 def _coloured(
     name: str, title: str, says: str, unit: str, colour_map: str, ends: list[float], **more: Any
 ) -> Drawing:
-    """A drawing by colours, that of cells in the plane of x and z unless `more` says else."""
+    """A coloured drawing, of cells in the x-z plane unless `more` says otherwise."""
     plane = {"kind": "cells", "x": "x (mm)", "y": "z (mm)", "equal": True, "edges": False}
     about = {"name": name, "title": title, "says": says, "unit": unit, "nothing": ""}
     return {**plane, **about, "colours": colours(colour_map), "range": ends, **more}
 
 
 def _slice(grids: list[Grid]) -> Drawing:
-    """The deformed cells of a slice, by their von Mises stress where it was written."""
+    """The deformed cells of a slice, coloured by von Mises stress if it was written."""
     stressed = MISES in grids[0].at_points
     frames, stresses = [], []
     for grid in grids:
@@ -139,7 +139,7 @@ def _below(grids: list[Grid], quantity: FieldQuantity, half: bool, coldest: floa
 
 
 def _block(rubber: list[Grid], interface: list[Grid], half: bool) -> Drawing:
-    """The surface of a block, its facets in contact by their pressure."""
+    """The surface of a block, with contact facets coloured by pressure."""
     from scipy.spatial import cKDTree
 
     faces = outer_faces(rubber[0], half)
@@ -175,7 +175,7 @@ def _block(rubber: list[Grid], interface: list[Grid], half: bool) -> Drawing:
 
 
 def _ice(grids: list[Grid], flat: bool, coldest: float) -> list[Drawing]:
-    """The temperature below the block, in the plane of its middle, if that can be drawn."""
+    """The temperature below the block in its middle plane, if it can be drawn."""
     frames: list[Any] = [_section(grid, flat) for grid in grids]
     kind, says = "heat", "In the plane of the block's middle, z downwards and stretched."
     if not all(frames):
@@ -196,7 +196,7 @@ def _ice(grids: list[Grid], flat: bool, coldest: float) -> list[Drawing]:
 
 
 def _section(grid: Grid, flat: bool) -> Drawing | None:
-    """Temperatures on lines of x and z, if the ice's points lie on such; of 3-D ice the middle."""
+    """Temperatures on a grid of x and z, if the ice has one; for 3-D ice in the middle plane."""
     points, values = grid.points, grid.at_points[TEMPERATURE]
     if not flat:
         y = points[:, 1]
@@ -212,7 +212,7 @@ def _section(grid: Grid, flat: bool) -> Drawing | None:
 
 
 def _range(values: list[Array], from_zero: bool = False) -> list[float]:
-    """Where the colours of all values end."""
+    """Range of the colours for all values."""
     every = np.concatenate(values)
     every = every[np.isfinite(every)]
     if not every.size:

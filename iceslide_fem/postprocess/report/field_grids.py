@@ -1,6 +1,6 @@
-"""Fields of a run as grids: read with meshio, and by the corners of their cells.
+"""Fields of a run as grids, read with meshio and reduced to the corners of cells.
 
-No VTK: it cannot live in one process with DOLFINx, whose run has just ended.
+VTK is not used, because it cannot share a process with DOLFINx, whose run has just ended.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from iceslide_fem.postprocess.results.quantities import PRESSURE, FieldQuantity
 from iceslide_fem.runtime.arrays import Array
 
-PLACES = 10  # of coordinates in m, to which points are the same
+PLACES = 10  # decimals of coordinates (m) for equal points
 CORNERS = {"triangle": 3, "quad": 4, "tetra": 4, "hexahedron": 8}
 FACES: dict[str, list[tuple[int, ...]]] = {
     "tetra": [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)],
@@ -40,15 +40,13 @@ class Grid(NamedTuple):
     at_cells: dict[str, Array]
 
     def in_contact(self, quantity: FieldQuantity) -> Array:
-        """The quantity on every facet of an interface, NaN where there is no contact."""
+        """The quantity on every facet of an interface, NaN without contact."""
         touching = self.at_cells[PRESSURE] > 0.0
         return np.where(touching, quantity.factor * self.at_cells[quantity.name], np.nan)
 
 
 def read_grid(paths: Sequence[Path]) -> Grid:
-    """One grid of all parts, which are of one kind, by the corners of its cells: points on the
-    border of two parts are one.
-    """
+    """One grid from all parts, with cells by corners and shared points merged."""
     import meshio
 
     parts = [meshio.read(path) for path in paths]
@@ -77,7 +75,7 @@ def read_grid(paths: Sequence[Path]) -> Grid:
 
 
 def mirrored(points: Array, cells: Any, values: Array) -> tuple[Array, Any, Array]:
-    """Both halves of a block of which y >= 0 was computed."""
+    """Both halves of a block from its half y >= 0."""
     mirror = np.ones(points.shape[1])
     mirror[1] = -1.0
     both = np.concatenate([points, points * mirror])
@@ -85,7 +83,7 @@ def mirrored(points: Array, cells: Any, values: Array) -> tuple[Array, Any, Arra
 
 
 def outer_faces(grid: Grid, half: bool) -> NDArray[np.int64]:
-    """Faces (n, k) that belong to one cell only, without those in the plane of symmetry."""
+    """Outer faces (n, k), without those in the symmetry plane."""
     every = np.concatenate([grid.cells[:, list(face)] for face in FACES[grid.kind]])
     _, first, count = np.unique(
         np.sort(every, axis=1), axis=0, return_index=True, return_counts=True

@@ -1,7 +1,7 @@
-"""The fields of a run over time, as the page draws them: block, contact, ice.
+"""Fields of a run over time for the page: block, contact, ice.
 
-Read with meshio and thinned: a page is sent around, and written after every run. No VTK: it cannot
-live in one process with DOLFINx, whose run has just ended.
+They are read with meshio and thinned, because a page should be small and is written after every
+run. VTK is not used, because it cannot share a process with DOLFINx, whose run has just ended.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ MS = 1e3
 
 
 def fields_of(run: Run) -> list[Text | Fields]:
-    """Rubber, interface and ice at some of the times at which the run wrote them, if it did."""
+    """Rubber, interface and ice at some of the written times, if any."""
     try:
         files = {name: field_parts(run.directory, name) for name in ("rubber", "interface", "ice")}
         if not files["interface"] or not files["rubber"]:
@@ -50,7 +50,7 @@ def fields_of(run: Run) -> list[Text | Fields]:
 
 
 def _moments(times: Array, peak: float) -> list[int]:
-    """Numbers of at most `MOMENTS` times, first and last and the one nearest `peak` (s) too."""
+    """Indices of at most `MOMENTS` times, with first, last and nearest to `peak` (s)."""
     some = np.linspace(0, times.size - 1, min(MOMENTS, times.size)).round().astype(int)
     nearest = int(np.abs(times - peak).argmin())
     inner = some[1:-1]

@@ -27,7 +27,8 @@ from iceslide_fem.runs.checkpoint import scene_there
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.notes import notes
 
-# Of summary.json: name, factor to what is shown, unit, and whether the tolerance is of it.
+# Entries of summary.json: name, factor for display, unit, and whether it has the tolerance as
+# error.
 RESULTS = {
     "mu_peak": ("largest mu", 1.0, "", True),
     "mu_peak_time_s": ("reached after", 1e3, "ms", False),
@@ -40,11 +41,11 @@ RESULTS = {
     "outside_table_fraction": ("contact outside the table of k, D, H_V", 100.0, "%", False),
 }
 
-UNFINISHED = ("stopped.txt", "checkpoint", "history.csv")  # what such a run leaves
+UNFINISHED = ("stopped.txt", "checkpoint", "history.csv")  # files of such a run
 
 
 def page_of_run(run: Run, stopped: str = "") -> Page:
-    """The page of `run`; `stopped` says why it has no end, if the summary does not."""
+    """The page of `run`; stopped: reason of an early end, if the summary has none."""
     stopped = stopped or str(run.summary.get("stopped") or "")
     fields = fields_of(run)
     left = left_out(run)
@@ -65,7 +66,7 @@ def page_of_run(run: Run, stopped: str = "") -> Page:
 
 
 def results_of(runs: dict[str, Run]) -> Table:
-    """Key results, a column for each run, with the error that was aimed at."""
+    """Key results, a column for each run, with the target error."""
     rows = []
     for key, (name, factor, unit, has_error) in RESULTS.items():
         if not any(key in run.summary for run in runs.values()):
@@ -82,7 +83,7 @@ def results_of(runs: dict[str, Run]) -> Table:
 def _result(run: Run, value: float | None, factor: float, unit: str, has_error: bool) -> str:
     if value is None:
         return "did not happen"
-    if run.passes and unit == "ms":  # since the first pass began
+    if run.passes and unit == "ms":  # from the start of the first pass
         return f"{value:.4g} s, rests included"
     if not has_error:
         return f"{factor * value:.4g} {unit}".strip()
@@ -91,7 +92,7 @@ def _result(run: Run, value: float | None, factor: float, unit: str, has_error: 
 
 
 def of_error(*runs: Run) -> Text:
-    """What the ± beside a result means."""
+    """Text on the meaning of ± beside a result."""
     meshed = any(run.scene["model"] != "point" for run in runs)
     mesh = (
         " It is not the error of the mesh: iceslide ladder measures that, against finer ones."
@@ -108,7 +109,7 @@ def of_error(*runs: Run) -> Text:
 
 
 def page_of_unfinished(folder: Path) -> Page:
-    """What there is of the run in `folder`, and how it goes on."""
+    """Page of the unfinished run in `folder`, with the way to continue it."""
     reason = word_of(folder) or (
         "It was ended before it could say why: it was killed, or the machine stopped."
     )
@@ -148,7 +149,7 @@ def page_of_unfinished(folder: Path) -> Page:
 
 
 def is_unfinished(folder: Path) -> bool:
-    """Whether a run was here that left no summary."""
+    """Whether the folder has a run without a summary."""
     try:
         return any((folder / name).is_file() for name in UNFINISHED)
     except OSError as error:

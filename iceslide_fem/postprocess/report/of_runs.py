@@ -1,4 +1,4 @@
-"""Pages of several runs: side by side, or the levels of a ladder against the finest."""
+"""Pages of several runs: a comparison, or the levels of a ladder against the finest."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from iceslide_fem.runtime.errors import SceneError
 
 
 def page_of_runs(folders: list[Path]) -> Page:
-    """Several runs over each other; the first is what the others are compared with."""
+    """Page that compares several runs with the first one."""
     runs = {name: read_run(folder) for name, folder in zip(_names(folders), folders, strict=True)}
     first = next(iter(runs))
     others = {name: run for name, run in runs.items() if name != first}
@@ -77,7 +77,7 @@ def _warnings(runs: dict[str, Run]) -> Section:
 
 
 def _names(folders: list[Path]) -> list[str]:
-    """What the runs are called: the shortest ends of their paths that tell them apart."""
+    """Names of the runs: the shortest distinct ends of their paths."""
     parts = [folder.absolute().parts for folder in folders]
     for count in range(1, max(map(len, parts)) + 1):
         names = ["/".join(each[-count:]) for each in parts]
@@ -97,7 +97,7 @@ def _distances(others: dict[str, Run], first: Run) -> Table:
 
 
 def page_of_ladder(folder: Path, summaries: list[Path]) -> Page:
-    """The levels that a ladder has run: error against the finest, and time."""
+    """Page of the levels of a ladder: error relative to the finest level, and time."""
     runs = sorted((read_run(path.parent) for path in summaries), key=_fineness)
     finest = runs[-1]
     tolerance = finest.scene["numerics"]["tolerance"]

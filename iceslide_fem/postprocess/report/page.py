@@ -1,8 +1,7 @@
-"""What a page consists of, and the file of HTML that it becomes.
+"""Structure of a page, and its HTML file.
 
-Sections hold text, tables, charts and fields over time. The numbers of charts and fields go into
-the page once, compressed, beside plotly.js; every chart has a sentence and a table for those who
-do not see it.
+Sections have text, tables, charts and fields over time. Data of charts and fields are stored once,
+compressed, beside plotly.js. Every chart has a sentence and a table for accessibility.
 """
 
 from __future__ import annotations
@@ -22,8 +21,8 @@ from numpy.typing import ArrayLike
 import iceslide_fem
 from iceslide_fem.runtime.files import replace_file
 
-DIGITS = 6  # of numbers that are drawn
-FEW = 6  # curves of a chart whose names fit above it
+DIGITS = 6  # of drawn numbers
+FEW = 6  # largest number of curves in a legend above a chart
 DRAWN = 1500  # points of a curve at most
 COLOURS = 24  # of a colour map
 LISTED = 12  # rows of the table below a chart at most
@@ -37,7 +36,7 @@ class Text(NamedTuple):
 
 
 class Cell(NamedTuple):
-    """A cell of a table; key and value: of summary.json, for who reads the page by program."""
+    """A cell of a table; key and value: of summary.json, for programs that read the page."""
 
     text: str
     key: str = ""
@@ -53,7 +52,7 @@ class Table(NamedTuple):
 
 
 class Curve(NamedTuple):
-    """A curve of a chart; look: number of its colour and stroke; marks: points, not a line."""
+    """A curve of a chart; look: index of colour and stroke; marks: points instead of a line."""
 
     name: str
     x: ArrayLike
@@ -63,7 +62,7 @@ class Curve(NamedTuple):
 
 
 class Band(NamedTuple):
-    """A named stretch of x that a chart shades."""
+    """A named, shaded interval of x."""
 
     name: str
     start: float
@@ -71,9 +70,9 @@ class Band(NamedTuple):
 
 
 class Chart(NamedTuple):
-    """Curves over x that may be zoomed; `says`: what is to be seen, for who does not see it.
+    """Curves over x with zoom; `says`: description in words.
 
-    logarithmic: "", "y" or "xy", the axes that are.
+    logarithmic: logarithmic axes, "", "y" or "xy".
     """
 
     name: str
@@ -87,7 +86,7 @@ class Chart(NamedTuple):
 
 
 class HeatMap(NamedTuple):
-    """Values (ny, nx) over x and y, NaN where there is none."""
+    """Values (ny, nx) over x and y, NaN without a value."""
 
     name: str
     title: str
@@ -102,7 +101,7 @@ class HeatMap(NamedTuple):
 
 
 class Fields(NamedTuple):
-    """Drawings at `times` (ms), with what is said of each moment; drawings: as in fields.py."""
+    """Drawings at `times` (ms), with a caption for each time; drawings: as in fields.py."""
 
     times: Sequence[float]
     moments: Sequence[str]
@@ -121,7 +120,7 @@ class Section(NamedTuple):
 
 
 class Page(NamedTuple):
-    """A page: `stopped` says why what it is about has no end, if it has none."""
+    """A page; stopped: reason of an early end of its run, or ""."""
 
     title: str
     summary: str
@@ -130,7 +129,7 @@ class Page(NamedTuple):
 
 
 def write_page(path: Path, page: Page) -> Path:
-    """Write the page to `path`, as a whole. Raises OutputError."""
+    """Write the page to `path` atomically. Raises OutputError."""
     replace_file(path, html(page))
     return path
 
@@ -161,19 +160,19 @@ def html(page: Page) -> str:
 
 
 def cells(name: str, *texts: str, key: str = "", value: Any = None) -> list[Cell]:
-    """A row: its name, its first value with the summary's entry, more texts."""
+    """A row: name, first value with its summary entry, further texts."""
     first, *more = texts
     return [Cell(name), Cell(first, key, value), *map(Cell, more)]
 
 
 def plain(values: ArrayLike) -> list[float | None]:
-    """Numbers as they go into the page: rounded to `DIGITS`, None for NaN and infinity."""
+    """Numbers for the page: rounded to `DIGITS`, None for NaN and infinity."""
     flat = np.asarray(values, dtype=float).ravel().tolist()
     return [float(f"{value:.{DIGITS}g}") if math.isfinite(value) else None for value in flat]
 
 
 def thinned(*columns: ArrayLike) -> list[np.ndarray]:
-    """Columns of a curve at `DRAWN` of its points at most; the largest of the last one stays."""
+    """Columns of a curve thinned to `DRAWN` points; keeps the maximum of the last column."""
     arrays = [np.asarray(column, dtype=float) for column in columns]
     if arrays[0].size <= DRAWN:
         return arrays
@@ -191,7 +190,7 @@ def colours(name: str) -> list[str]:
 
 
 def _numbers(page: Page) -> dict[str, Any]:
-    """What the script draws, by the names of charts."""
+    """Data for the script, by the names of charts."""
     found: dict[str, Any] = {}
     for part in (part for section in page.sections for part in section.parts):
         if isinstance(part, Chart):
@@ -219,7 +218,7 @@ def _numbers(page: Page) -> dict[str, Any]:
 
 
 def _is_wide(part: Chart | HeatMap) -> bool:
-    """Whether a chart takes the whole width: a map to scale, or more curves than fit a legend."""
+    """Whether a chart has the full width: a map to scale, or many curves."""
     return part.equal if isinstance(part, HeatMap) else len(part.curves) > FEW
 
 
@@ -229,7 +228,7 @@ def _curve(curve: Curve) -> dict[str, Any]:
 
 
 def _listed(chart: Chart) -> Iterable[list[str]]:
-    """Rows of the table below a chart: x, and the curves there (linear between their points)."""
+    """Rows of the table below a chart: x, and linearly interpolated curves."""
     xs = [np.asarray(curve.x, dtype=float) for curve in chart.curves]
     whole = max(xs, key=lambda x: x.size)
     at = whole if whole.size <= LISTED else np.linspace(whole.min(), whole.max(), LISTED)
@@ -245,7 +244,7 @@ def _listed(chart: Chart) -> Iterable[list[str]]:
 
 @cache
 def _plotly() -> str:
-    """plotly.js, compressed, as the Python package plotly brings it."""
+    """plotly.js from the Python package plotly, compressed."""
     from plotly.offline import get_plotlyjs
 
     return _packed(get_plotlyjs().encode())

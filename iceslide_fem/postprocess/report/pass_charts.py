@@ -1,4 +1,4 @@
-"""The charts of runs that slide over the same ice again: over passes, and within one of them."""
+"""Charts of runs with several passes over the same ice: over passes, and within a pass."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _OVER_PASSES = (
 
 
 def charts_of_run(run: Run) -> list[Chart]:
-    """All charts of a run: over passes where it has them, then of its first and its last."""
+    """All charts of a run: over passes, if it has several, then of the first and last pass."""
     if not run.passes:
         return [*charts_of({"this run": run}), *charts_of_one(run)]
     last = run.one_pass(-1)
@@ -47,7 +47,7 @@ def charts_of_run(run: Run) -> list[Chart]:
 
 
 def charts_of_runs(runs: Mapping[str, Run]) -> list[Chart]:
-    """The charts of several runs; of one with passes what changes over them, and its last pass."""
+    """The charts of several runs; for runs with passes over them, and of the last pass."""
     again = {name: run for name, run in runs.items() if run.passes}
     alone = {
         f"{name}, pass {run.passes[PASS].size}" if run.passes else name: run.one_pass(-1)
@@ -73,7 +73,7 @@ def _over_passes(runs: Mapping[str, Run]) -> list[Chart]:
 
 
 def _said(curve: Curve) -> str:
-    """A curve in words: where it begins and ends."""
+    """A curve in words: start and end."""
     x, y = np.asarray(curve.x), np.asarray(curve.y)
     known = np.flatnonzero(np.isfinite(y))
     first, last = known[0], known[-1]

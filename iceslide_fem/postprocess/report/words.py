@@ -1,4 +1,4 @@
-"""What was simulated, what it rests on and how to do it again, in words and tables."""
+"""Text and tables of a report: what was simulated, its assumptions, and how to repeat it."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _BETWEEN = {
 
 
 def in_words(scene: Mapping[str, Any]) -> str:
-    """What a scene, as it was resolved, simulates: a few sentences."""
+    """Description of a resolved scene in a few sentences."""
     rubber, load, ice, film = (scene[name] for name in ("rubber", "load", "ice", "film"))
     size = " x ".join(f"{MM * rubber[side]:.4g}" for side in ("length", "width", "height"))
     own = f" on the mesh {rubber['mesh']}" if rubber.get("mesh") else f" of {size} mm"
@@ -63,7 +63,7 @@ def in_words(scene: Mapping[str, Any]) -> str:
 
 
 def _passes(scene: Mapping[str, Any]) -> str:
-    """How often the same ice is slid over, as a sentence, if more than once."""
+    """Sentence on repeated passes over the same ice; "" for one pass."""
     load, rubber = scene["load"], scene["rubber"]
     if rubber.get("rows", 1) > 1:
         return (
@@ -79,12 +79,12 @@ def _passes(scene: Mapping[str, Any]) -> str:
 
 
 def _between(scene: Mapping[str, Any]) -> str:
-    """What becomes of water between passes; rows of blocks keep it."""
+    """Treatment of water between passes; rows of blocks keep it."""
     return "keep" if scene["rubber"].get("rows", 1) > 1 else str(scene["film"]["between"])
 
 
 def _law(scene: Mapping[str, Any], film: Mapping[str, Any]) -> str:
-    """What rubs: the film, or another law."""
+    """Sentence on the friction law: the film, or another law."""
     law = scene.get("friction", {}).get("law", "film")
     if law == "film":
         height = film["initial_height"]
@@ -95,22 +95,22 @@ def _law(scene: Mapping[str, Any], film: Mapping[str, Any]) -> str:
 
 
 def doubts_of(run: Run, also: Sequence[Text] = ()) -> list[Text]:
-    """The warnings of a run and `also`, a paragraph each; one that says so if there is none."""
+    """Paragraphs of a run's warnings and `also`; a note if there are none."""
     found = [as_warning(str(sentence)) for sentence in run.summary.get("warnings") or []]
     return [*found, *also] or [Text("The run gave no warning.")]
 
 
 def as_warning(sentence: str) -> Text:
-    """A sentence that begins small and has no full stop, as a paragraph."""
+    """A sentence without capital and full stop as a paragraph."""
     return Text(f"{sentence[:1].upper()}{sentence[1:]}.", "warning")
 
 
-# Simplifications, each with whether the run's model makes it; or why they are not known.
+# Simplifications with whether the run's model makes them; or the reason why they are unknown.
 LeftOut: TypeAlias = "list[tuple[Simplification, bool]] | str"
 
 
 def left_out(run: Run) -> LeftOut:
-    """What this scene's model leaves out, with estimates of how much that moves mu(t)."""
+    """Simplifications of this scene's model, with estimates of their change of mu(t)."""
     from iceslide_fem.runs.simplifications import simplifications
 
     scene = scene_of(run.scene)
@@ -140,7 +140,7 @@ def neglected(left: LeftOut, scene: Mapping[str, Any]) -> list[Text | Table]:
 
 
 def _without_freezing(scene: Mapping[str, Any]) -> str:
-    """What of the water does not freeze, as a sentence, if anything."""
+    """Sentence on water that does not freeze; "" without any."""
     if scene["film"].get("refreeze", "nothing") != "nothing":
         return ""
     below = " below the rubber" if _passes(scene) and _between(scene) == "freeze" else ""
@@ -148,7 +148,7 @@ def _without_freezing(scene: Mapping[str, Any]) -> str:
 
 
 def doubts_of_model(left: LeftOut, tolerance: float) -> list[Text]:
-    """A warning if simplifications that were made move mu by more than the tolerance."""
+    """A warning if simplifications of the model change mu by more than the tolerance."""
     known = [] if isinstance(left, str) else left
     large = [one for one, made in known if made and one.effect > tolerance]
     if not large:
@@ -178,7 +178,7 @@ def _leaves_out(scene: Scene) -> list[bool]:
 
 
 def scene_of(values: Mapping[str, Any]) -> Scene | None:
-    """The scene of a summary, if what it names is still there."""
+    """The scene of a summary, if its files still exist."""
     try:
         return scene_from_dict(_given(values))
     except (IceslideError, OSError, TypeError, ValueError):
@@ -186,7 +186,7 @@ def scene_of(values: Mapping[str, Any]) -> Scene | None:
 
 
 def again(scene: Mapping[str, Any], command: str = "run") -> list[Text]:
-    """How to do it again: the scene as a file, and the command."""
+    """How to repeat the run: the scene as a file, and the command."""
     import tomlkit
 
     name = scene["name"]
@@ -197,7 +197,7 @@ def again(scene: Mapping[str, Any], command: str = "run") -> list[Text]:
 
 
 def versions_of(summaries: Mapping[str, Mapping[str, Any]]) -> Table:
-    """Versions and what it cost, a column for each summary."""
+    """Versions and cost, a column for each summary."""
     versions = [summary.get("versions", {}) for summary in summaries.values()]
     rows = []
     for name in {name: None for each in versions for name in each}:
@@ -228,7 +228,7 @@ _COST = {
 
 
 def all_keys(scenes: Mapping[str, Mapping[str, Any]], only_different: bool = False) -> Table:
-    """The keys of one or more scenes, by their names, in SI units."""
+    """The keys of one or more scenes, in SI units."""
     tables = [flat(scene) for scene in scenes.values()]
     rows = []
     for key in {key: None for table in tables for key in table}:
@@ -242,7 +242,7 @@ def all_keys(scenes: Mapping[str, Mapping[str, Any]], only_different: bool = Fal
 
 
 def _unit(key: str) -> str:
-    """SI unit of a key; none of one that scenes have no more, or not yet."""
+    """SI unit of a key; "" for keys of other versions."""
     try:
         return unit_of(key) or ""
     except SceneError:
@@ -262,7 +262,7 @@ def _shown(value: Any, unit: str) -> str:
 
 
 def _given(values: Mapping[str, Any]) -> dict[str, Any]:
-    """The tables of a scene without what is not set."""
+    """The tables of a scene without unset values."""
     return {
         key: _given(value) if isinstance(value, Mapping) else value
         for key, value in values.items()
@@ -271,7 +271,7 @@ def _given(values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def section_again(run: Run, left: LeftOut) -> list[Section]:
-    """The sections that every run ends with."""
+    """The last sections of the page of any run."""
     return [
         Section("neglected", "What the model leaves out", neglected(left, run.scene)),
         Section("scene", "The scene", [all_keys({run.scene["name"]: run.scene})]),

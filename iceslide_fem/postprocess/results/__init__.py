@@ -1,4 +1,4 @@
-"""Finished runs, read and drawn; no DOLFINx.
+"""Reading and drawing of finished runs; no DOLFINx.
 
 Imports `scene` and `film` (their data) and `runtime` only.
 """

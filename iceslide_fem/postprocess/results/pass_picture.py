@@ -1,6 +1,7 @@
-"""One page of curves for a run that slides over the same ice again: over passes, and within them.
+"""One page of curves for a run with several passes over the same ice.
 
-Left what changes from pass to pass, right the first and the last pass over their own time.
+The left side has changes from pass to pass. The right side has the first and the last pass over
+their time.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from iceslide_fem.runtime.units import ZERO_CELSIUS
 
 MS, NM = 1e3, 1e9
 WIDTH, ROW = 11.5, 3.2  # of the page and of a row of panels (inches)
-FEW = 12  # passes that have a mark each
+FEW = 12  # largest number of passes drawn with marks
 ENDS = {"first": BLUE, "last": RED}
 
 
@@ -48,7 +49,7 @@ def draw_passes(run: Run) -> Figure:
 
 
 def over_passes(friction: Axes, temperatures: Axes, run: Run) -> None:
-    """Mean mu of every pass, and how warm its ice is, on two panels."""
+    """Mean mu and ice temperature of every pass, on two panels."""
     number, mu = run.passes[PASS], run.passes["mu_mean"]
     friction.plot(number, mu, _line(number), color="0.5")
     for at, (which, colour) in zip((0, -1), ENDS.items(), strict=True):

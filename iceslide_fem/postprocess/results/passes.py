@@ -10,14 +10,14 @@ from scipy.integrate import trapezoid
 
 from iceslide_fem.runtime.arrays import Array
 
-PASS = "pass"  # the column that says which one a row is of
-DECIMALS = 12  # of times (s) that are sums of steps
+PASS = "pass"  # column with the number of the pass
+DECIMALS = 12  # of times (s) computed as sums of steps
 
 
 def sliding_time(history: Mapping[str, Array]) -> Array:
-    """Time (s) of every row without the rests between passes: the sum of its steps.
+    """Time (s) of every row without rests, as the sum of steps.
 
-    A table has ten digits of its times, of which long rests leave few for a pass.
+    Times in a table have ten digits, so long rests leave few digits within a pass.
     """
     if PASS not in history:
         return history["time_s"]
@@ -25,7 +25,7 @@ def sliding_time(history: Mapping[str, Array]) -> Array:
 
 
 def mean_over_sliding(history: Mapping[str, Array], column: str) -> float:
-    """Mean of a `column` over the time in which the rubber slides; rests do not count."""
+    """Mean of a `column` over the sliding time, without rests."""
     time, values = sliding_time(history), history[column]
     slid = float(time[-1])
     return float(trapezoid(values, time)) / slid if slid else float(values[0])
@@ -42,7 +42,7 @@ def history_of(history: Mapping[str, Array], number: int) -> dict[str, Array]:
 def summary_of(
     history: Mapping[str, Array], passes: Mapping[str, Array], number: int
 ) -> dict[str, Any]:
-    """What a summary says of one pass, whose rows `history` has, from its row of `passes`."""
+    """Summary of one pass from its `history` and its row of `passes`."""
     row = {name: float(values[passes[PASS] == number][0]) for name, values in passes.items()}
     full = np.flatnonzero(history["saturated_fraction"] > 0.0)
     onset = row["melt_onset_s"]

@@ -37,20 +37,18 @@ from iceslide_fem.runtime.units import ZERO_CELSIUS
 
 SIZE, DPI = (12.8, 9.6), 100  # inches; their pixels divide by 16, as video needs it
 MM, UM, MS = 1e3, 1e6, 1e3
-THERMAL_LENGTHS = 2.0  # of ice below the surface that are shown
+THERMAL_LENGTHS = 2.0  # shown depth of ice
 
 
 class Scales(NamedTuple):
-    """What all pictures of a run share: the quantities' ranges in their units, by name, and the
-    range of x in mm.
-    """
+    """Common scales of all pictures of a run: ranges of quantities by name, and of x in mm."""
 
     ranges: dict[str, tuple[float, float]]
     x: tuple[float, float]
 
 
 def scales_of(run: Run, n_times: int) -> Scales:
-    """Scales that suit all times at which fields were written."""
+    """Scales for all times with fields."""
     parts = [read_interface(run.directory, number) for number in range(n_times)]
     robust = 100.0 if parts[0].flat else ROBUST
     coldest = run.scene["ice"]["temperature"] - ZERO_CELSIUS
@@ -62,7 +60,7 @@ def scales_of(run: Run, n_times: int) -> Scales:
     if parts[0].flat:
         stresses = [read_mises(run.directory, number) for number in range(n_times)]
         known = [stress for stress in stresses if stress is not None]
-        if known:  # singular at the edges
+        if known:  # pressures are singular at edges
             ranges[MISES] = (0.0, STRESS.factor * float(np.percentile(known[-1], ROBUST)))
     x = MM * np.concatenate([part.corners[part.touching][..., 0].ravel() for part in parts])
     margin = 0.1 * np.ptp(x)
@@ -70,7 +68,7 @@ def scales_of(run: Run, n_times: int) -> Scales:
 
 
 def draw(run: Run, snapshot: Snapshot, scales: Scales) -> Figure:
-    """The picture of `snapshot`, to be rendered at `DPI`."""
+    """The picture of `snapshot`, for rendering at `DPI`."""
     figure = Figure(figsize=SIZE, layout="constrained")
     mu = run.at("mu", snapshot.time)
     figure.suptitle(
@@ -104,7 +102,7 @@ def _colour_bar(panel: Axes, quantity: FieldQuantity, scales: Scales, **where: A
 
 
 def _block_3d(panel: Axes, snapshot: Snapshot, scales: Scales) -> None:
-    with pv.vtk_verbosity("error"):  # no warning that there is no X server
+    with pv.vtk_verbosity("error"):  # suppresses the warning about a missing X server
         panel.imshow(_render(snapshot, scales))
     panel.set_axis_off()
     size = " x ".join(f"{MM * length:.3g}" for length in np.ptp(snapshot.undeformed, axis=0))
@@ -117,7 +115,7 @@ def _block_3d(panel: Axes, snapshot: Snapshot, scales: Scales) -> None:
 
 
 def _render(snapshot: Snapshot, scales: Scales) -> NDArray[np.uint8]:
-    """Image of the block seen from below the ice, its white margins cut off."""
+    """Cropped image of the block seen from below the ice."""
     low, high = snapshot.undeformed
     centre, size = (low + high) / 2, float(np.linalg.norm(high - low))
     plotter = pv.Plotter(off_screen=True, window_size=(1000, 1000))
@@ -132,7 +130,7 @@ def _render(snapshot: Snapshot, scales: Scales) -> NDArray[np.uint8]:
         scalars=PRESSURE,
         clim=scales.ranges[PRESSURE],
         cmap=CONTACT.colours,
-        lighting=False,  # so that colours are those of the bar
+        lighting=False,  # exact colours of the bar
         show_scalar_bar=False,
         **edges,
     )
@@ -237,7 +235,7 @@ def _ice(panel: Axes, run: Run, snapshot: Snapshot, ice: pv.PolyData, scales: Sc
 
 
 def _say_stretch(figure: Figure, panel: Axes) -> None:
-    """Title with the exaggeration of the depth, which is known after the layout only."""
+    """Title with the exaggeration of the depth, known only after the layout."""
     panel.set_title("Temperature", fontsize=10)
     figure.draw_without_rendering()
     box = panel.get_window_extent()

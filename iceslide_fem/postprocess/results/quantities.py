@@ -1,4 +1,4 @@
-"""What figures and pages show of a run, in which words and units: its history and its fields."""
+"""Names, units and colours of history columns and fields in figures and pages."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from iceslide_fem.film.contact_age import CONTACT_AREA
 from iceslide_fem.film.viscosity import FILM_VISCOSITY
 from iceslide_fem.scene.materials import BAR
 
-# Percentile of the values at which colours end: pressures are singular at an edge.
+# Percentile at which colours end, because pressures are singular at an edge.
 ROBUST = 98.0
 
 
 class Quantity(NamedTuple):
-    """A column of the history as it is drawn: title, name of its axis, factor to its unit."""
+    """Display of a history column: title, axis label, factor to its unit."""
 
     column: str
     title: str
@@ -31,7 +31,7 @@ LOADS = {  # by keys of the scene
     "pressure": Quantity("nominal_pressure_Pa", "Nominal pressure", "p (bar)", 1.0 / BAR),
     "speed": Quantity("speed_m_per_s", "Sliding speed", "v (m/s)", 1.0),
 }
-SHARES = {  # columns of the history, and what they are called
+SHARES = {  # columns of the history, and their names
     "contact_fraction": "in contact",
     "melted_fraction": "melted",
     "saturated_fraction": "saturated",
@@ -47,7 +47,7 @@ ENERGIES = {"J": 1.0, "mJ": 1e3, "µJ": 1e6, "nJ": 1e9}  # unit: how many are a 
 
 
 class FieldQuantity(NamedTuple):
-    """A field as it is shown: its name in the files, title, unit and factor to it, colours."""
+    """Display of a field: name in files, title, unit and factor to it, colours."""
 
     name: str
     title: str
@@ -65,5 +65,5 @@ SURFACE = FieldQuantity("surface temperature (degC)", WARMTH.title, "°C", 1.0, 
 
 
 def energy_unit(largest: float) -> str:
-    """The unit of ENERGIES in which `largest` (J) has a digit before the point, or the smallest."""
+    """The unit of ENERGIES in which `largest` (J) is at least 1, or the smallest unit."""
     return next((unit for unit, factor in ENERGIES.items() if factor * largest >= 1.0), "nJ")

@@ -34,7 +34,7 @@ from iceslide_fem.runtime.units import ZERO_CELSIUS
 
 MS = 1e3
 WIDTH, ROW, DPI = 11.5, 3.2, 110  # of the page and of a row of panels (inches)
-TICKS = 5  # of an axis at most: each takes as long to draw as a curve
+TICKS = 5  # per axis: a tick takes as long to draw as a curve
 SHADES = {"warming": "white", "melting": MELTING, "saturated": SATURATED}
 
 
@@ -80,7 +80,7 @@ def _draw(run: Run) -> Figure:
         if name != "preload":
             panel.locator_params(axis="x", nbins=TICKS, steps=[1, 2, 5, 10])
             panel.set_xlabel("sliding time (ms)")
-            # a run that stopped at once has no length
+            # a run may have no length
             panel.set_xlim(0.0, MS * (run.history["time_s"][-1] or run.scene["load"]["duration"]))
             _shade_phases(panel, run)
     _name_phases(figure, run)
@@ -132,7 +132,7 @@ def _friction(panel: Axes, run: Run) -> None:
 
 
 def _preload(panel: Axes, run: Run) -> None:
-    """Friction force over normal force in the press and the speed ramp, by their progress."""
+    """Friction force over normal force against the progress of press and speed ramp."""
     panel.plot(*run.preload_friction, ".-", color=BLUE, linewidth=1.2, markersize=4)
     panel.axvline(1.0, color="0.6", linewidth=0.8)
     panel.set(title="Before", ylabel="μ (1)", xlim=(0.0, 2.0))

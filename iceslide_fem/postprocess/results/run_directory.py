@@ -1,4 +1,4 @@
-"""What a finished run left in its directory: summary, histories and the times of its fields."""
+"""Files of a finished run: summary, histories and times of fields."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ from iceslide_fem.scene.materials import BAR, ICE, Solid
 class Run(NamedTuple):
     """The files of a run; SI units, as in the columns' names.
 
-    history: column -> (rows,); preload: the same for the press and the speed ramp, passes: for
-    passes over the same ice, each empty if the run had none; summary: as in summary.json. A table
-    becomes one of pandas by `pandas.DataFrame(run.passes)`.
+    history: column -> (rows,); preload: the same for press and speed ramp; passes: the same for
+    passes over the same ice; both are empty if the run has none; summary: as in summary.json.
+    `pandas.DataFrame(run.passes)` makes a table of pandas.
     """
 
     directory: Path
@@ -39,12 +39,12 @@ class Run(NamedTuple):
 
     @property
     def scene(self) -> dict[str, Any]:
-        """The scene as it was resolved."""
+        """The resolved scene."""
         return dict(self.summary["scene"])
 
     @property
     def ice(self) -> Solid:
-        """The ice as it was resolved; by default where the run is older than the keys."""
+        """The resolved ice; defaults for runs of older versions."""
         given = {name: self.scene["ice"].get(name, usual) for name, usual in ICE._asdict().items()}
         return Solid(**given)
 
@@ -66,14 +66,14 @@ class Run(NamedTuple):
         return sliding_time(self.history)
 
     def mean(self, column: str) -> float:
-        """Mean of a history's `column` over the time in which the rubber slides."""
+        """Mean of a history `column` over the sliding time."""
         return mean_over_sliding(self.history, column)
 
     def one_pass(self, number: int) -> Run:
-        """Pass `number`, from 1, as a run of its own whose times begin with it.
+        """Pass `number` (from 1) as a separate run; its times begin with the pass.
 
-        A negative number counts from the last pass, which is -1. A run without several passes is
-        its only one. Raises ValueError if there is no such pass.
+        A negative number counts from the last pass, -1. A run with one pass is its only pass.
+        Raises ValueError if there is no such pass.
         """
         count = self.passes[PASS].size if self.passes else 1
         which = number if number > 0 else count + 1 + number
@@ -93,7 +93,7 @@ class Run(NamedTuple):
 
     @property
     def phases(self) -> dict[str, tuple[float, float]]:
-        """When (s, from and to) the film warms, melts and is saturated, if it does."""
+        """Start and end (s) of the phases of the film: warming, melting, saturated."""
         end = float(self.history["time_s"][-1])
         times = (self.summary.get(key) for key in ("melt_onset_s", "saturation_s"))
         onset, saturation = (end if time is None else float(time) for time in times)
@@ -106,9 +106,7 @@ class Run(NamedTuple):
 
     @property
     def preload_friction(self) -> tuple[Array, Array]:
-        """Progress of the press (0 to 1) and the speed ramp (1 to 2), and friction over normal
-        force there.
-        """
+        """Progress of press (0 to 1) and speed ramp (1 to 2), with friction over normal force."""
         normal = self.preload["normal_force_N"]
         loaded = normal > 1e-9 * normal.max()
         progress = self.preload["load_fraction"] + self.preload["speed_fraction"]
@@ -116,7 +114,7 @@ class Run(NamedTuple):
 
 
 def load_range(load: Any, unit: float) -> str:
-    """A load in `unit`, or the range of one that goes in time."""
+    """A load in `unit`, or its range over time."""
     if not isinstance(load, list):
         return f"{load / unit:.3g}"
     values = [value / unit for _, value in load]
@@ -144,7 +142,7 @@ def read_run(directory: Path | str) -> Run:
 
 
 def _is_of_a_run(summary: Any, history: Mapping[str, Array]) -> bool:
-    """Whether a summary and a history have what everything that reads them relies on."""
+    """Whether summary and history have the required entries."""
     try:
         tables = [summary["scene"][name] for name in ("rubber", "load", "ice", "numerics")]
         numbers = [summary[name] for name in ("mu_peak", "mu_peak_time_s")]
@@ -161,9 +159,9 @@ def _is_of_a_run(summary: Any, history: Mapping[str, Array]) -> bool:
 
 
 def differences(run: Run, exact: Run, count: int = 500) -> Array:
-    """Relative differences of mu(t) to another run's, at `count` times that both have slid.
+    """Relative differences of mu(t) from another run, at `count` common sliding times.
 
-    Rests between passes do not count as time.
+    Rests between passes are excluded.
     """
     end = min(float(each.sliding_time[-1]) for each in (run, exact))
     times = np.linspace(0.0, end, count)
@@ -180,7 +178,7 @@ def largest_and_rms(run: Run, exact: Run) -> tuple[float, float]:
 def field_files(directory: Path, name: str) -> list[tuple[float, Path]]:
     """Times (s) and files of the field `name` (rubber, ice, interface); empty if not written.
 
-    Of a field that ranks wrote in parts the first ones. Raises SceneError if the list is damaged.
+    For a field in parts it gives the first part. Raises SceneError if the list is damaged.
     """
     return [(time, parts[0]) for time, parts in field_parts(directory, name)]
 

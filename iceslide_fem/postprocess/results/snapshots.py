@@ -1,6 +1,6 @@
-"""The fields of a finished run at one time, read with pyvista and made whole for pictures.
+"""Fields of a finished run at one time, read with pyvista and completed for pictures.
 
-Imports nothing of DOLFINx: two libraries in one process would bring two versions of VTK's C++
+It does not import DOLFINx: both libraries in one process would load two versions of VTK's C++
 library. In a slice points are (x, z, 0), in a block (x, y, z).
 """
 
@@ -31,29 +31,29 @@ _LINEAR = {
 
 
 class Interface(NamedTuple):
-    """Contact facets: corners in their order around the facet (f, c, 3), m, and means (f,)."""
+    """Contact facets: ordered corners (f, c, 3), m, and means (f,)."""
 
     corners: Array
     values: Mapping[str, Array]
 
     @property
     def flat(self) -> bool:
-        """Whether this is of a slice: facets are lines."""
+        """Whether it is a slice, with lines as facets."""
         return self.corners.shape[1] == 2
 
     @property
     def touching(self) -> Mask:
-        """Which facets are in contact (f,)."""
+        """Mask of facets in contact (f,)."""
         return np.asarray(self.values[PRESSURE] > 0.0)
 
 
 class Snapshot(NamedTuple):
     """The deformed rubber, its contact facets and a section of the ice at `time` (s).
 
-    rubber: the outer surface (in a slice the cells) with the contact pressure, NaN where there is
-    no contact. ice: the section y = 0, triangles with the temperature in degC as point data, or
-    None. undeformed: lowest and highest corner of the block before it was pressed (2, 3), m.
-    Both halves of a symmetric block are there.
+    rubber: the outer surface (in a slice the cells) with the contact pressure, NaN without contact;
+    ice: triangles of the section y = 0 with the temperature in degC as point data, or None;
+    undeformed: lowest and highest corner of the undeformed block (2, 3), m. A symmetric block has
+    both halves.
     """
 
     time: float
@@ -64,7 +64,7 @@ class Snapshot(NamedTuple):
 
 
 def times(directory: Path) -> Array:
-    """Times (s) of rubber and interface in a run's directory; empty if it has not both."""
+    """Times (s) of rubber and interface in a run's directory; empty without both."""
     both = zip(field_files(directory, "rubber"), field_files(directory, "interface"), strict=False)
     return np.array([time for (time, _), _ in both])
 
@@ -77,7 +77,7 @@ def read_mises(directory: Path, number: int) -> Array | None:
 
 @contextlib.contextmanager
 def _as_written(directory: Path) -> Iterator[None]:
-    """Raise SceneError where fields are not what a run wrote."""
+    """Context in which errors of damaged fields become SceneError."""
     try:
         yield
     except (LookupError, OSError, TypeError, ValueError) as error:
@@ -87,20 +87,18 @@ def _as_written(directory: Path) -> Iterator[None]:
 
 
 def _read(parts: list[Path]) -> Any:
-    """The grid in the VTK files of its parts; of one that is cut VTK would complain at length, and
-    go on.
-    """
+    """The grid from the VTK files of its parts. Truncated files are refused first."""
     for path in parts:
         if b"</VTKFile>" not in path.read_bytes()[-40:]:
             raise SceneError(f"{path} is not whole: its end is missing")
     if len(parts) == 1:
         return pv.read(parts[0])
-    # Points on the border of two parts are one.
+    # Points at the border of two parts are merged.
     return pv.merge([pv.read(path) for path in parts]).clean(tolerance=SAME_POINT)
 
 
 def read_interface(directory: Path, number: int) -> Interface:
-    """The contact facets, as they were written as `number` (of half a block only its half).
+    """The contact facets at the output `number` (half of a symmetric block).
 
     Raises SceneError if a file is damaged.
     """
@@ -112,7 +110,7 @@ def read_interface(directory: Path, number: int) -> Interface:
 
 
 def read_snapshot(directory: Path, number: int) -> Snapshot:
-    """The fields that were written as `number` (0, 1, ...). Raises SceneError if one is damaged."""
+    """The fields at the output `number` (0, 1, ...). Raises SceneError if one is damaged."""
     with _as_written(directory):
         time, _ = field_parts(directory, "interface")[number]
         interface = read_interface(directory, number)
@@ -135,7 +133,7 @@ def _ice_section(parts: list[Path], flat: bool) -> pv.PolyData:
     grid = _read(parts)
     if flat:
         return grid.extract_surface(algorithm="geometry").triangulate()
-    # just inside the cells, whose faces lie in the plane of symmetry itself
+    # just inside the cells: the symmetry plane is a cell face
     return grid.slice("y", origin=(0.0, 1e-6 * grid.length, 0.0)).triangulate()
 
 
@@ -152,7 +150,7 @@ def _read_linear(parts: list[Path]) -> pv.UnstructuredGrid:
 
 
 def _put_pressure(rubber: pv.PolyData, interface: Interface) -> None:
-    """Give the surface's faces the pressure of the contact facet in the same place."""
+    """Assign the pressure of contact facets to the surface's faces."""
     centres = rubber.cell_centers().points
     distance, facet = cKDTree(interface.corners.mean(axis=1)).query(centres)
     pressure = np.where(interface.touching, interface.values[PRESSURE], np.nan)[facet]
@@ -160,7 +158,7 @@ def _put_pressure(rubber: pv.PolyData, interface: Interface) -> None:
 
 
 def _with_mirror_image(rubber: pv.PolyData, interface: Interface) -> tuple[pv.PolyData, Interface]:
-    """Both with their images behind the plane of symmetry y = 0."""
+    """Both with their mirror images at the symmetry plane y = 0."""
     corners = np.concatenate([interface.corners, [1.0, -1.0, 1.0] * interface.corners])
     values = {name: np.tile(mean, 2) for name, mean in interface.values.items()}
     return rubber.merge(rubber.reflect((0, 1, 0))), Interface(corners, values)

@@ -1,4 +1,4 @@
-"""Colours that all figures share: those of Okabe and Ito, which the colour-blind tell apart."""
+"""Colours of all figures, after Okabe and Ito, distinguishable for the colour-blind."""
 
 BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
 PURPLE, BLACK = "#CC79A7", "#222222"

@@ -1,6 +1,6 @@
 """Pictures of a finished run: the deformed block, its contact, the film and the ice below.
 
-Needs no display. Run it in a process that has not imported DOLFINx (see `snapshots`).
+It needs no display. Run it in a process without DOLFINx (see `snapshots`).
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ FRAMES_PER_SECOND = 10
 def view(directory: Path | str, animate: bool = False) -> list[Path]:
     """Draw `report.png`, `view_peak.png` and `view_end.png` in a run's directory; their paths.
 
-    With `animate`, `view.gif` and `view.mp4` of all times, too. A run without fields has a report
+    With `animate` also `view.gif` and `view.mp4` of all times. A run without fields has a report
     only. Raises SceneError if the directory holds no finished run.
     """
     run = read_run(directory)

@@ -1,7 +1,7 @@
-"""Contact that ages on ice which passes below a footprint, from pixel to pixel.
+"""Ageing contact on ice that passes below a footprint, from pixel to pixel.
 
-Each line has one pressure in a pixel and none in a gap, so the history at its beginning is known
-before any film is. The age is the time for which the ice has been below the rubber.
+Each line has a constant pressure in a pixel and none in a gap, so the contact history does not
+depend on the films. The age is the time for which the ice has been below the rubber.
 """
 
 from __future__ import annotations
@@ -15,14 +15,15 @@ from iceslide_fem.film.contact_age import ContactAge
 from iceslide_fem.film.loads import FilmLoads, interpolate
 from iceslide_fem.runtime.arrays import Array, Index
 
-# Of the interval from 0 to 1.
+# Gauss points of the interval from 0 to 1.
 GAUSS = 0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0)
 
 
 class AgedPath(NamedTuple):
-    """Contact along a path of n pixels: loads of films where it has just touched down, `pressure`
-    (Pa, (n,)), the history where the ice enters each, (rows, n), and the temperature there (K,
-    (n,)).
+    """Contact along a path of n pixels.
+
+    touching: loads of films under fresh contact; pressure: Pa, (n,); history: at the entry of each
+    pixel, (rows, n); temperature: there, K, (n,).
     """
 
     age: ContactAge
@@ -42,9 +43,10 @@ class AgedPath(NamedTuple):
         passing: float,
         temperature: Array,
     ) -> AgedPath:
-        """Of pixels in the order of `passing.Path`, each of which takes `passing` (s).
+        """The path of pixels in the order of `passing.Path`.
 
-        behind: how many pixels without contact follow; temperature: of each line (K).
+        passing: time per pixel, s; behind: number of following pixels without contact; temperature:
+        of each line, K.
         """
         entering = age.fresh(line.size)
         at = np.flatnonzero(np.diff(line, prepend=-1))
@@ -63,10 +65,10 @@ class AgedPath(NamedTuple):
         return cls(age, touching, pressure, entering, temperature[line])
 
     def over(self, pixel: Index, start: Array, dt: Array) -> tuple[FilmLoads, FilmLoads]:
-        """Loads of films at both ends of a step that begins after `start` (s) at their pixels.
+        """Loads of films at both ends of a step that begins `start` (s) after entry of the pixel.
 
-        They are on the line through the loads at Gauss's two points, by which also what creeps at
-        once has its mean.
+        They are extrapolated linearly from the two Gauss points, so fast creep also has the right
+        mean.
         """
         touching = self.touching.take(pixel)
         first, last = (self._after(touching, pixel, start + point * dt) for point in GAUSS)

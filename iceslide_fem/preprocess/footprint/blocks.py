@@ -1,4 +1,4 @@
-"""From the footprint to finite element scenes: its tread blocks, and those that stand for all."""
+"""From a footprint to finite element scenes of representative tread blocks."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ from iceslide_fem.scene.materials import BAR, ICE, WATER_VISCOSITY, Solid, Visco
 
 # Smaller patches are noise, not blocks: fraction of the mean area of all patches.
 SMALL = 0.05
-TRANSITS = 1.5  # how many times its own length a block of a scene slides: then it is steady
+TRANSITS = 1.5  # sliding distance of a scene's block over its length, enough for a steady state
 
 
 class TreadBlock(NamedTuple):
     """A connected patch of contact; SI units.
 
-    x, y: centre of its load (m); length: along x, width: its area over the length (m);
-    pressure: mean (Pa); load (N); outline: polygons (n, 2) around its middle, m, the outer one
-    first, none if the picture gives none.
+    x, y: centre of its load, m; length: along x, m; width: area over length, m; pressure: mean, Pa;
+    load: N; outline: polygons (n, 2) around its centre, m, the outer one first, empty if the
+    picture has none.
     """
 
     x: float
@@ -60,7 +60,7 @@ def scene_files(case: FootprintCase, footprint: PressureMap) -> dict[str, str]:
 
 
 def tread_blocks(footprint: PressureMap) -> list[TreadBlock]:
-    """The patches of contact that touch at sides or corners, in the order of their pressure."""
+    """Patches of pixels connected by sides or corners, sorted by pressure."""
     labels, _ = label(footprint.contact, np.ones((3, 3)))
     blocks = []
     for number, (rows, columns) in enumerate(find_objects(labels), start=1):
@@ -85,11 +85,11 @@ def tread_blocks(footprint: PressureMap) -> list[TreadBlock]:
 
 
 def representative(blocks: list[TreadBlock], count: int) -> list[tuple[TreadBlock, float]]:
-    """`count` blocks, each with the fraction of the load that it stands for.
+    """`count` blocks, each with the fraction of the load that it represents.
 
-    The blocks, in the order of their pressure, are cut into groups of about equal load; of every
-    group the block is taken whose pressure and length are closest to the group's means weighted
-    with load. Raises SceneError if there are fewer blocks.
+    The blocks, sorted by pressure, are divided into groups of about equal load. Each group is
+    represented by the block whose pressure and length are closest to the group's load-weighted
+    means. Raises SceneError if there are fewer blocks.
     """
     if count > len(blocks):
         raise SceneError(f"--scenes {count} is more than the {len(blocks)} blocks of the footprint")
@@ -109,7 +109,7 @@ def representative(blocks: list[TreadBlock], count: int) -> list[tuple[TreadBloc
 
 
 def aged_keys(scene: Scene) -> tuple[str, str]:
-    """Lines of the tables rubber and film that say how the contact of a scene ages, SI."""
+    """Lines of the tables rubber and film on a scene's contact age, SI."""
     of_rubber, of_film = scene.as_dict()["rubber"], scene.as_dict()["film"]
     for table, key, file in (
         (of_film, "contact", scene.film.contact),
@@ -137,9 +137,9 @@ def aged_keys(scene: Scene) -> tuple[str, str]:
 def scene_text(name: str, block: TreadBlock, fraction: float, case: FootprintCase) -> str:
     """The scene file of a block that meets fresh ice, checked: SceneError if it is not valid.
 
-    Length, width (m), pressure and place are the block's; it is as tall as the tread and slides
-    over 1.5 times its length on passing ice, so that its film is steady. `fraction`: of the load
-    that it stands for. If the block has an outline, the scene names `name`.csv beside it.
+    Length, width (m), pressure and position are those of the block; its height is that of the
+    tread. It slides 1.5 times its length over passing ice, so its film becomes steady. `fraction`:
+    of the load that it represents. If the block has an outline, the scene refers to `name`.csv.
     """
     ride, eta = case.ride, case.ride.viscosity
     ice = "".join(

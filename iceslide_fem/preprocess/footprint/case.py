@@ -1,4 +1,4 @@
-"""What `iceslide footprint` is asked for: validated like a scene, by the names of its options."""
+"""Input of `iceslide footprint`, validated like a scene, by the names of its options."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ _named = option_names("image")
 class FootprintCase(SourceOptions, FilmOptions):
     """A footprint and how it slides; SI units. Its keys are the options of the command.
 
-    temperature_map (degC) and state_map (1 dry, 2 mixed, 3 wet) replace what modules 2 and 3
-    compute; they have the pixels of the pressure. slip, of film and moving source: 1 is a locked
-    wheel. thesis_slip and thesis_time (s) enter (3.2) and (3.3) alone. air_temperature (K): of the
-    tread before it touches, else the ice's. tread_material, water_conductivity: of the macroscopic
-    model, as is ice_material, else table 1. aggregate: of (1.2), g/m2.
+    temperature_map (degC) and state_map (1 dry, 2 mixed, 3 wet) replace the results of modules 2
+    and 3; they have the pixels of the pressure. slip: of film and moving source, 1 for a locked
+    wheel. thesis_slip and thesis_time (s) are used in (3.2) and (3.3) only. air_temperature: of the
+    tread before contact, K, by default that of the ice. tread_material, water_conductivity,
+    ice_material: of the macroscopic model, by default of table 1. aggregate: of (1.2), g/m2.
     """
 
     model_config = ConfigDict(alias_generator=_named)
@@ -64,7 +64,7 @@ class FootprintCase(SourceOptions, FilmOptions):
 
     @property
     def moving(self) -> Macroscopic:
-        """The macroscopic model with a source that moves."""
+        """The macroscopic model with a moving source."""
         ice = Solid(*self.ice_material) if self.ice_material else None
         return Macroscopic(
             speed=self.speed,
@@ -82,12 +82,12 @@ class FootprintCase(SourceOptions, FilmOptions):
 
     @property
     def thesis(self) -> Macroscopic:
-        """The macroscopic model as printed, with slip and time of its own."""
+        """The macroscopic model as printed, with its own slip and time."""
         return replace(
             self.moving, source="next pixel", slip=self.thesis_slip, time=self.thesis_time
         )
 
     @property
     def ride(self) -> Ride:
-        """How the ice passes: V and V S; without water on it."""
+        """Kinematics and films of the ice, without water on it: V and V S."""
         return self.ride_at(self.speed, self.slip * self.speed)

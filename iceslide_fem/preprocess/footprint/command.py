@@ -1,4 +1,4 @@
-"""What `iceslide footprint` does: read, compute, write."""
+"""Work of `iceslide footprint`: read, compute, write."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ def run(values: Mapping[str, Any], out: Path, force: bool = False) -> tuple[Surv
 
     Writes summary.json, footprint.vti, pressure.png, temperature.png, wet_dry.png, mu.png,
     thesis.png, comparison.png and scenes/block_*, of a line summary.json, line.csv and line.png;
-    returns the survey and what summary.json holds. The same footprint's earlier results go, with
-    `force` any other results, too. Raises SceneError, before anything is written, if the input is
-    wrong or `out` is not to be written to, and OutputError if something cannot be written.
+    returns the survey and the content of summary.json. Earlier results of the same footprint are
+    replaced, with `force` any results. Raises SceneError, before anything is written, if the input
+    is invalid or `out` must not be used, and OutputError if a file cannot be written.
     """
     begun = time.perf_counter()
     case = FootprintCase.of(values)
@@ -68,7 +68,7 @@ def run(values: Mapping[str, Any], out: Path, force: bool = False) -> tuple[Surv
 
 
 def all_maps(result: Survey) -> dict[str, NDArray[Any]]:
-    """All maps of a survey by their names, (ny, nx)."""
+    """All maps of a survey by name, (ny, nx)."""
     footprint, film = result.read.pressure_map, result.film
     voids = "squeezed-out height (m)" if result.borne is None else "water height (m)"
     maps: dict[str, NDArray[Any]] = {

@@ -1,6 +1,6 @@
-"""Friction on ice by the formulas of chapter 2 of the thesis, as base lines.
+"""Formulas of friction on ice in chapter 2 of the thesis, for comparison.
 
-SI units; all broadcast over their arguments.
+SI units; all functions broadcast over their arguments.
 """
 
 from __future__ import annotations
@@ -40,13 +40,13 @@ def navin(temperature: ArrayLike, aggregate: ArrayLike = 0.0) -> Array:
 def hayhoe_shapley_coefficients(v: ArrayLike, T_0: ArrayLike) -> tuple[Array, Array]:
     """A (m) and B (m^0.5) of (1.3) to (1.5) for sliding at v (m/s) on ice at T_0 (K, below T_m).
 
-    The melt flux that raises the film by dh/dx is rho L v dh/dx, friction gives eta v^2 / h and
-    the ice takes e (T_m - T_0) sqrt(v / (pi x)):
+    The melt flux of a film that grows by dh/dx is rho L v dh/dx, the friction power is eta v^2 / h,
+    and the flux into the ice is e (T_m - T_0) sqrt(v / (pi x)):
 
         A = eta v / (rho L),  B = e (T_m - T_0) / (rho L sqrt(pi v)) .
 
-    (1.5) prints the friction flux below the conduction flux; (1.3) needs the melt flux there, as
-    (1.4) has it. Conduction into the ice alone, the tyre's share is not in the project's data.
+    (1.5) prints the friction flux below the conduction flux; (1.3) needs the melt flux there, as in
+    (1.4). Conduction is into the ice only, because the project has no data of the tyre.
     """
     v, T_0 = _arrays(v, T_0)
     A = WATER_VISCOSITY * v / MELTING_ENTHALPY
@@ -90,8 +90,8 @@ def peng_ellipse(
     f_m = eta U_s / (h p_0) 2 x_m y_m / (pi l) + f_d (l - x_m)(pi - 2 y_m) / (pi l): sliding speed
     U_s (m/s), film height h (m), mean pressure p_0 (Pa), 0 <= x_m <= l, the length (m), dry
     friction f_d. The thesis does not define y_m: from (pi - 2 y_m) an angle, 0 to pi/2. It calls
-    x_m the length of the dry area, but the formula makes it that of the wet one: x_m = y_m = 0
-    gives f_d. The two weights do not add up to 1 between the ends.
+    x_m the length of the dry area, but in the formula it is that of the wet one: x_m = y_m = 0
+    gives f_d. The sum of both weights is 1 at the ends only.
     """
     U_s, h, p_0, x_m, y_m, length, f_d = _arrays(speed, film, pressure, x_m, y_m, length, dry)
     viscous = WATER_VISCOSITY * U_s / (h * p_0)

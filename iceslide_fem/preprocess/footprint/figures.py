@@ -1,4 +1,4 @@
-"""Pictures of a survey: maps in millimetres, a line, and mean friction beside formulas."""
+"""Pictures of a survey: maps in millimetres, a line, and mean friction compared with formulas."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ from iceslide_fem.scene.materials import BAR
 DPI = 130
 MM, KMH = 1e3, 3.6
 STATE_COLOURS = {State.DRY: ORANGE, State.MIXED: PURPLE, State.WET: BLUE}
-# Of the curves of a line: names and colours.
+# Names and colours of the curves of a line.
 LINES = {
     "thesis": ("(3.3)", ORANGE),
     "moving": ("moving source", BLUE),
@@ -46,12 +46,12 @@ LINES = {
     "film": ("film law", BLACK),
 }
 SLACK = 1e-9
-# Edges and gaps of the panels, as fractions of the page and of a panel: to find them would take as
-# long as all the drawing.
+# Margins and gaps of the panels, as fractions of the page and of a panel. Automatic layout takes as
+# long as the drawing.
 ONE_MAP = {"left": 0.085, "right": 1.0, "bottom": 0.09, "top": 0.94}
 SIX_MAPS = {"left": 0.045, "right": 0.99, "bottom": 0.06, "top": 0.9, "wspace": 0.2, "hspace": 0.25}
 TWO_CHARTS = {"left": 0.125, "right": 0.99, "bottom": 0.1, "top": 0.94, "wspace": 0.16}
-ROBUST = 99.0  # per cent of the pixels that the colours of mu and of a rise span
+ROBUST = 99.0  # percentage of pixels within the colour range of mu and of a rise
 
 
 def draw_maps(result: Survey, directory: Path) -> None:
@@ -107,7 +107,7 @@ def draw_maps(result: Survey, directory: Path) -> None:
 
 
 def draw_comparison(result: Survey, directory: Path) -> None:
-    """Write comparison.png: mu over the ice temperature beside the formulas, and over d."""
+    """Write comparison.png: mu over the ice temperature with the formulas, and over d."""
     case, curves = result.case, result.curves
     figure = Figure(figsize=(13.0, 5.6))
     left, right = figure.subplots(1, 2, gridspec_kw=TWO_CHARTS)

@@ -15,7 +15,7 @@ from iceslide_fem.scene.contact_table import ConstantContact, ContactTable
 
 # Lines that advance together: their columns of ice stay in the processor's cache.
 LINES = 2048
-# How closely the ice answers with its modes, relative to the tolerance.
+# Error of the ice response with fewer modes, relative to the tolerance.
 CONDENSED = 1e-3
 
 
@@ -29,10 +29,9 @@ def film_map(
 ) -> FilmMap:
     """Film, temperature and friction at every pixel of the footprint.
 
-    `contact_of` gives k, D and H_V of the local pressure; `tolerance` is the relative error of
-    mu aimed at; `ice` makes the columns of a temperature (K), a duration (s) and the ride's solid;
-    `tell` is called with the fraction of the pixels in contact that is done. Raises
-    SimulationStopped where a step cannot be made.
+    contact_of: k, D and H_V over the local pressure; tolerance: target relative error of mu; ice:
+    builds columns from a temperature (K), a duration (s) and the ride's solid; tell: called with
+    the finished fraction of the pixels in contact. Raises SimulationStopped if a step fails.
     """
     rows, columns = footprint.pressure.shape
     result = FilmMap.untouched((rows, columns), ride)
@@ -67,7 +66,7 @@ def _enter(
     ice: Column,
     contact_of: ContactTable | ConstantContact,
 ) -> None:
-    """Films of a path, and what its lines have between their pixels, go into the map's `lines`."""
+    """Enter the films of a path, and values in gaps between its pixels, into the map's `lines`."""
     here = lines[path.line], path.column
     fraction = np.broadcast_to(ride.water_fraction, lines.shape)[path.line]
     for whole, values in zip(result, films, strict=True):

@@ -1,4 +1,4 @@
-"""What commands about footprints are asked for of the film: contact, ice, water, dry rubber."""
+"""Film options of the commands on footprints: contact, ice, water, dry rubber."""
 
 from __future__ import annotations
 
@@ -32,16 +32,16 @@ from iceslide_fem.scene.units import Quantity
 
 
 class FilmOptions(CommandOptions):
-    """Of the film and the ice below it; SI units.
+    """Options of the film and the ice below it; SI units.
 
     temperature (K), ice_material (conductivity, density, heat capacity), melting_temperature (K)
-    and latent_heat (J/kg): of the ice; water_speed: of squeezed-out water relative to the rubber, a
-    fraction of the sliding speed; tolerance: relative error of the film's mu.
-    viscosity (Pa s, or a CSV file of it over temperature); initial_height (m), 0 with dry shear
-    alone; dry_stress (Pa, or a CSV file of it over temperature), dry_softening (K), dry_residual
-    (K): dry rubber on ice, as in a scene's film. contact: a file with k, D, H_V over pressure
-    instead of the compound's; contact_age: a scene whose contact ages, which they are then of.
-    water (m): what the ice brings, below voids that carry; lug (m): which it flows out of.
+    and latent_heat (J/kg): of the ice; water_speed: speed of squeezed-out water relative to the
+    rubber, over the sliding speed; tolerance: relative error of the film's mu. viscosity (Pa s, or
+    a CSV file of it over temperature); initial_height (m), 0 with dry shear alone; dry_stress (Pa,
+    or a CSV file of it over temperature), dry_softening (K), dry_residual (K): dry rubber on ice,
+    as in a scene's film. contact: a file with k, D, H_V over pressure instead of the compound's
+    table; contact_age: a scene with contact age, which also gives the table. water: height on the
+    ice below load-bearing voids, m; lug: length of the lug that it flows out of, m.
     """
 
     compound: str = "B"
@@ -138,11 +138,11 @@ class FilmOptions(CommandOptions):
         return self
 
     def lug_below(self, length: float) -> float:
-        """What water flows out of (m), below a footprint of this `length` (m)."""
+        """Length (m) of the lug below which water flows out; length: of the footprint, m."""
         return self.lug or length
 
     def wet_ice(self, length: float) -> WetIce | None:
-        """Water that the ice brings to a footprint of the `length` (m), where voids carry."""
+        """Water on the ice before a footprint of `length` (m); None if voids do not bear load."""
         return None if self.water is None else WetIce(self.water, self.lug_below(length))
 
     @property
@@ -151,31 +151,29 @@ class FilmOptions(CommandOptions):
         if not isinstance(self.viscosity, Path):
             return self.viscosity
         table = viscosity_table(VISCOSITY.validate(str(self.viscosity)), "--viscosity")
-        assert table is not None  # the validator saw to it
+        assert table is not None  # checked by the validator
         return table
 
     @property
     def dry_shear(self) -> DryShear:
-        """Dry rubber on ice, whose stress is a number, or the rows of the file."""
+        """Dry rubber on ice, with the stress as a number or rows of the file."""
         given = self.dry_stress
         stress = DRY_STRESS.validate(str(given)) if isinstance(given, Path) else given
         return DryShear(stress, self.dry_softening, self.dry_residual)
 
     @cached_property
     def aged_scene(self) -> Scene | None:
-        """The scene whose contact ages."""
+        """The scene with contact age."""
         return None if self.contact_age is None else load_scene(self.contact_age)
 
     @property
     def age(self) -> ContactAge | None:
-        """How the contact ages on ice that passes, where no largest contact is held."""
+        """The ageing contact on passing ice, without holding the largest contact."""
         age = None if self.aged_scene is None else contact_age(self.aged_scene)
         return age and replace(age, holds=False)
 
     def ride_at(self, speed: float, sliding_speed: float) -> Ride:
-        """How ice without water on it passes with `speed` (m/s) and is slid over at `sliding_speed`
-        (m/s).
-        """
+        """The ride on ice without water, at `speed` and `sliding_speed` (m/s)."""
         return Ride(
             speed,
             sliding_speed,
@@ -194,7 +192,7 @@ class FilmOptions(CommandOptions):
 
     @property
     def contact_table(self) -> ContactTable:
-        """k, D and H_V over pressure: of a file or a scene, else of the compound."""
+        """k, D and H_V over pressure, from a file or a scene, else from the compound."""
         if self.aged_scene is not None:
             return self.aged_scene.touching_table
         if self.contact is not None:

@@ -1,4 +1,4 @@
-"""The formulas of chapter 2 by their names, with every parameter: its unit, range and default."""
+"""The formulas of chapter 2 by name, with unit, range and default of every parameter."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ MOST = 100_000  # values of one call
 
 
 class Parameter(NamedTuple):
-    """SI unit; its range as one would type it; what it is, and the default as typed."""
+    """A parameter: SI unit, range and default as a user types them, and meaning."""
 
     unit: str
     low: str
@@ -28,7 +28,7 @@ class Parameter(NamedTuple):
     default: str
 
     def value(self, text: str) -> float:
-        """The value of `text` in SI. Raises ValueError if it is none, or is out of range."""
+        """The value of `text` in SI. Raises ValueError if it is invalid or out of range."""
         return Quantity(self.unit, self.low, self.high).in_range(as_number(text.strip()))
 
 
@@ -48,7 +48,7 @@ _VEHICLE = Parameter("m/s", "0.01 m/s", "150 m/s", "speed of the vehicle", "36km
 
 
 class Formula(NamedTuple):
-    """Its equation in the thesis, what it gives, the function in SI, and its parameters."""
+    """A formula: equation in the thesis, result, function in SI, and parameters."""
 
     equation: str
     gives: str
@@ -59,7 +59,7 @@ class Formula(NamedTuple):
 def _formula(
     equation: str, function: Callable[..., Array], gives: str = "mu", **other: Parameter
 ) -> Formula:
-    """The formula of a function whose arguments are called as in `PARAMETERS` and `other`."""
+    """The formula of a function whose arguments have the names in `PARAMETERS` and `other`."""
     known = PARAMETERS | other
     names = inspect.signature(function).parameters
     return Formula(equation, gives, function, {name: known[name] for name in names})
@@ -78,7 +78,7 @@ FORMULAS = {
 
 
 class Evaluated(NamedTuple):
-    """A formula, the values of its parameters (n,) in SI, and what it gives (n,)."""
+    """A formula, the values of its parameters (n,) in SI, and its results (n,)."""
 
     formula: Formula
     values: dict[str, Array]
@@ -86,9 +86,9 @@ class Evaluated(NamedTuple):
 
 
 def evaluate(name: str, given: Sequence[str]) -> Evaluated:
-    """The formula at KEY=VALUE; several values with commas, of all of which every combination.
+    """Evaluate the formula at KEY=VALUE; with several values (commas) every combination.
 
-    Raises SceneError with one sentence for what is wrong.
+    Raises SceneError.
     """
     if name not in FORMULAS:
         raise SceneError(f'there is no formula "{name}"; there are: {", ".join(FORMULAS)}')

@@ -1,7 +1,7 @@
 """Module 2: friction heat under the footprint and the temperature rise of the ice.
 
-The thesis's form, (3.1) to (3.3) and (4.1), as printed; and a heat source that moves, in which
-every line along x is a half-space with the flux history of the pixels it passes.
+It has the thesis's form, (3.1) to (3.3) and (4.1), as printed, and a moving heat source. For the
+latter every line along x is a half-space with the flux history of the pixels that it passes.
 """
 
 from __future__ import annotations
@@ -31,11 +31,11 @@ def friction_flux(mu_st: ArrayLike, p: ArrayLike, V: ArrayLike, S: ArrayLike) ->
 def jaeger_rise(Q: ArrayLike, distance: ArrayLike, t: ArrayLike, solid: Solid) -> Array:
     """dT = Q alpha / (8 k (pi alpha t)^(3/2)) exp(-r^2 / (4 alpha t)), (3.3) and (4.1) as printed.
 
-    `distance` r (m) between source and point, `t` (s) since the heat was released. With Q in J
-    this is the rise in K around an instantaneous point source in an infinite solid: J m2/s over
-    W/(m K) m3 is K. With Q in W/m2, as (3.2) gives it, the unit is K/(m2 s); the thesis reads the
-    number as K, which is to take the heat of 1 m2 in 1 s for that of a point. (4.1) has the
-    distance along x alone and keeps the prefactor of three dimensions.
+    `distance` r (m) between source and point, `t` (s) since the heat was released. With Q in J this
+    is the rise (K) around an instantaneous point source in an infinite solid: J m2/s over W/(m K)
+    m3 is K. With Q in W/m2, as in (3.2), the unit is K/(m2 s). The thesis reads the number as K: it
+    takes the heat of 1 m2 in 1 s as that of a point. (4.1) uses the distance along x only, and
+    keeps the three-dimensional prefactor.
     """
     Q, r, t = (np.asarray(value, dtype=float) for value in (Q, distance, t))
     a = solid.diffusivity
@@ -52,7 +52,7 @@ def jaeger_exposure(Q: float, rise: float, solid: Solid) -> float:
 def next_pixel_rise(flux: Array, dx: float, t: float, solid: Solid) -> Array:
     """Rise map (K) by (3.3) with the next pixel along x as the only source, as in the thesis.
 
-    `flux` (..., nx) by (3.2). The last pixel of a line has no source.
+    flux: (..., nx), from (3.2). The last pixel of a line has no source.
     """
     rise = np.zeros_like(flux)
     rise[..., :-1] = jaeger_rise(flux[..., 1:], dx, t, solid)
@@ -69,8 +69,8 @@ def moving_source_rise(
 
         dT_n = 2 / (e sqrt(pi)) sum_j q_j (sqrt(t_n - t_(j-1)) - sqrt(t_n - t_j)) .
 
-    All heat flows into the ice and nothing melts, so the rise may exceed T_m - T_0. For a uniform
-    band its end has the closed form `reference.band_source_rise`. Conduction along x and y is
+    All heat flows into the ice and nothing melts, so the rise may exceed T_m - T_0. At the end of a
+    uniform band it has the closed form `reference.band_source_rise`. Conduction along x and y is
     neglected: the diffusion length sqrt(alpha L / V) is 0.26 mm for L = 0.18 m at 3 m/s.
     """
     n = flux.shape[-1]
@@ -78,4 +78,4 @@ def moving_source_rise(
     kernel = 2.0 / effusivity * np.sqrt(dx / (np.pi * V)) * np.diff(steps)
     size = next_fast_len(2 * n - 1, real=True)
     rise = irfft(rfft(flux[..., ::-1], size) * rfft(kernel, size), size)[..., :n]
-    return np.maximum(rise[..., ::-1], 0.0)  # transforms leave rounding below zero
+    return np.maximum(rise[..., ::-1], 0.0)  # negative by rounding of the transforms

@@ -1,7 +1,7 @@
 """The mono-dimensional model, 4.2 to 4.4 of the thesis: one line along the footprint.
 
-A pure function of a pressure profile and of every parameter of the thesis's window (its fig. 8).
-The line is a map with one row (`macroscopic`); x is the direction of travel, ice comes in at the
+It is a pure function of a pressure profile and of all parameters of the thesis's window (fig. 8).
+The line is a map with one row (`macroscopic`). x is the direction of travel; ice enters at the
 right.
 """
 
@@ -20,7 +20,7 @@ from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.contact_table import ConstantContact, ContactTable
 from iceslide_fem.scene.shear_strength import ShearStrength
 
-LINE_PIXELS = 540  # of a profile that is made
+LINE_PIXELS = 540  # of a generated profile
 
 
 def gaussian_profile(
@@ -43,8 +43,8 @@ def macroscopic_line(
 ) -> HeatModel:
     """The three modules along a line of pixels of length `dx` (m) with `pressure` (nx,), Pa.
 
-    temperature (K) and state, both (nx,), replace what modules 2 and 3 compute of them. Raises
-    SceneError if nothing is in contact.
+    temperature (K) and state, both (nx,), replace the results of modules 2 and 3. Raises SceneError
+    if nothing is in contact.
     """
     model = heat_model(
         as_map(pressure, dx),
@@ -70,9 +70,9 @@ def film_line(
     strength: ShearStrength | None = None,
     initial_height: float = FIRST_HEIGHT,
 ) -> FilmMap:
-    """The film law along the same line, arrays (nx,): ice passes with V and is slid over at V S.
+    """The film law along the same line, arrays (nx,), with ice speed V and sliding speed V S.
 
-    strength: tau_b of dry rubber on ice, where that limits the shear; initial_height: m.
+    strength: tau_b of dry rubber on ice if it limits the shear; initial_height: m.
     """
     p = parameters
     ride = Ride(p.speed, p.slip * p.speed, p.ice_temperature, initial_height, strength=strength)

@@ -1,9 +1,9 @@
 """The thesis's modules 2 and 3: heat, dry or wet, friction (4.7) to (4.9), balance (3.4) to (3.8).
 
-A line is a map of one row. A temperature and a map of states of one's own replace what is computed,
-as in the thesis's flow chart (fig. 2). Numbers are as the thesis has them: A in (4.7) to (4.9) is
-the area of the pixel's own class, d the depth of heat penetration, which the source of the model
-tuned to its measurements.
+A line is a map of one row. Given maps of temperature and state replace the computed ones, as in the
+thesis's flow chart (fig. 2). Symbols are those of the thesis: A in (4.7) to (4.9) is the area of
+the pixel's class, d the depth of heat penetration, which the source of the model tuned to its
+measurements.
 """
 
 from __future__ import annotations
@@ -55,12 +55,12 @@ class Macroscopic:
     """Every parameter of the macroscopic model; defaults are tables 1 and 2 of the thesis.
 
     speed V (m/s), slip S and static_friction mu_st: (3.1), (3.2). ice_temperature T_0 (K).
-    air_temperature (K): of the air and of the tread before it touches; None: that of the ice, as
-    the thesis has it. source: whose heat warms a pixel, that of the next one by (3.3) and (4.1)
-    after the time t (s), or that of all it has passed (`moving_source_rise`, which t does not
-    enter). depth d (m): of heat penetration, (3.5) to (3.7). ice, tread: thermal properties; ice
-    enters (3.3) and (3.5). effusivity (W s^0.5/(m2 K)): of the ice below the moving source.
-    water_conductivity: W/(m K); the thesis prints none, the default is the project's.
+    air_temperature: of the air, and of the tread before contact, K; None for that of the ice, as in
+    the thesis. source: heat source of a pixel: the next pixel by (3.3) and (4.1) after the time t
+    (s), or all pixels passed (`moving_source_rise`, independent of t). depth d: of heat
+    penetration, m, (3.5) to (3.7). ice, tread: thermal properties; ice is used in (3.3) and (3.5).
+    effusivity (W s^0.5/(m2 K)): of the ice below the moving source. water_conductivity: W/(m K);
+    the thesis prints none, the default is the project's.
     """
 
     speed: float = 3.0
@@ -78,7 +78,7 @@ class Macroscopic:
 
     @property
     def warmer_ice(self) -> float:
-        """T_0 less the temperature of the tread (K): what adds to dT in (3.6)."""
+        """T_0 minus the temperature of the tread (K), added to dT in (3.6)."""
         return 0.0 if self.air_temperature is None else self.ice_temperature - self.air_temperature
 
     def power(self, mean_pressure: float) -> float:
@@ -87,7 +87,9 @@ class Macroscopic:
 
 
 class HeatBalance(NamedTuple):
-    """Heat flows of the whole contact in W, and the mean friction they balance, (3.4) to (3.8)."""
+    """Heat flows of the whole contact (W), and the mean friction of their balance, (3.4) to
+    (3.8).
+    """
 
     ice: float
     tread: float
@@ -96,7 +98,7 @@ class HeatBalance(NamedTuple):
 
 
 class Edges(NamedTuple):
-    """Mean temperature (K) of the ice where it comes in and where it leaves, 3.2.2."""
+    """Mean temperatures (K) of the ice at the leading and trailing edge, 3.2.2."""
 
     leading: float
     trailing: float
@@ -128,12 +130,12 @@ class HeatModel(NamedTuple):
 
     @property
     def edges(self) -> Edges:
-        """Temperatures of the ice at the edges of the contact, 3.2.2."""
+        """Ice temperatures at the edges of the contact, 3.2.2."""
         return edge_temperatures(self.temperature, self.state != State.NO_CONTACT)
 
     @property
     def doubts(self) -> list[str]:
-        """A sentence, without its full stop, if the mean friction of (4.7) to (4.9) is none."""
+        """A warning, without full stop, if the mean friction of (4.7) to (4.9) is implausible."""
         if self.mu_mean <= LARGEST_FRICTION:
             return []
         return [
@@ -150,8 +152,8 @@ def heat_model(
 ) -> HeatModel:
     """Modules 2 and 3 below `footprint` (ny, nx).
 
-    temperature: of the ice's surface (K), instead of module 2's; state: `State` of every pixel,
-    instead of the classification of module 3. Both are (ny, nx) and count in the contact only.
+    temperature: of the ice's surface (K), instead of module 2; state: `State` of every pixel,
+    instead of the classification of module 3. Both are (ny, nx), and used in contact only.
     """
     contact, p = footprint.contact, parameters
     flux = friction_flux(p.static_friction, footprint.pressure, p.speed, p.slip)
@@ -178,8 +180,8 @@ def heat_model(
 def classify(temperature: Array, contact: Mask) -> States:
     """`State` of every pixel by its temperature (degC).
 
-    (4.8) prints the lower bound of the mixed range as 2 degC; it is -2 degC. 0 degC itself, left
-    out by (4.8) and (4.9), is wet.
+    (4.8) prints the lower bound of the mixed range as 2 degC; it is -2 degC. 0 degC itself, missing
+    in (4.8) and (4.9), is wet.
     """
     state = State.DRY + np.digitize(temperature, [MIXED_FROM, WET_FROM])
     return np.where(contact, state, State.NO_CONTACT).astype(np.uint8)
@@ -190,9 +192,9 @@ def friction_map(
 ) -> Array:
     """mu = K / d A dT / (p_av V S A_tot) per pixel, (4.7) to (4.9); 0 outside of the contact.
 
-    `rise` dT (K), `mean_pressure` p_av (Pa); K is the conductivity of the tread and of what is
-    below it (ice; ice and water; water), A the area of all pixels in that state and A_tot that of
-    the contact. The right sides are printed without brackets around their last four factors.
+    `rise` dT (K), `mean_pressure` p_av (Pa); K is the conductivity of the tread plus those below it
+    (ice; ice and water; water), A the area of all pixels in that state, and A_tot that of the
+    contact. The right sides are printed without brackets around their last four factors.
     """
     p, mu = parameters, np.zeros_like(rise)
     ice, water = p.ice.conductivity, p.water_conductivity
@@ -211,8 +213,7 @@ def heat_balance(
 
     q = k / d A dT for ice (3.5) on dry and mixed areas, tread (3.6) on all, water (3.7) on mixed
     and wet ones, with A dT summed over the pixels; `rise` (K), `pixel_area` (m2), `mean_pressure`
-    (Pa). (3.8) itself is lost in print; this is how the text describes it and what (4.7) to (4.9)
-    use.
+    (Pa). (3.8) itself is missing in print. This form follows from the text and from (4.7) to (4.9).
     """
     p = parameters
     dry, mixed, wet = (float(rise[state == each].sum()) * pixel_area / p.depth for each in STATES)
@@ -226,9 +227,9 @@ def heat_balance(
 
 
 def edge_temperatures(temperature: Array, contact: Mask) -> Edges:
-    """Means over all rows that touch of the first and the last pixel in contact (K).
+    """Means over all touching rows of the first and the last pixel in contact (K).
 
-    Where the thermal camera of the thesis's source looks (3.2.2): the ice comes in at the right.
+    The thermal camera of the thesis's source measures there (3.2.2). Ice enters at the right.
     Arrays (ny, nx), or (nx,) of one row.
     """
     temperature, contact = np.atleast_2d(temperature), np.atleast_2d(contact)

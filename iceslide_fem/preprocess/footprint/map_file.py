@@ -1,6 +1,6 @@
-"""Maps of a footprint as cell data of one file that ParaView opens, by VTK itself.
+"""Maps of a footprint as cell data of a file for ParaView, written by VTK.
 
-VTK's writer says when a disk is full; pyvista's does not.
+VTK's writer reports a full disk; pyvista's does not.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLImageDataWriter
 
-Maps = Mapping[str, NDArray[Any]]  # by their names, (ny, nx)
+Maps = Mapping[str, NDArray[Any]]  # by name, (ny, nx)
 
 
 def write_maps(path: Path, maps: Maps, pixel: tuple[float, float]) -> None:
     """Write the maps to `path` (.vti), a grid of pixels in the plane z = 0.
 
-    pixel: size of one along x and y (m). Values are kept as they are and compressed; VTK's default,
-    text (base64), takes three times as long to write and ten times as long to read. Raises OSError.
+    pixel: size along x and y, m. Values are stored compressed and binary. VTK's default, text
+    (base64), takes three times as long to write and ten times as long to read. Raises OSError.
     """
     grid = vtkImageData()
     rows, columns = next(iter(maps.values())).shape
@@ -46,7 +46,7 @@ def write_maps(path: Path, maps: Maps, pixel: tuple[float, float]) -> None:
 def read_maps(path: Path, names: Collection[str]) -> tuple[Maps, tuple[float, float]]:
     """The maps of these `names` in `path`, and the size of a pixel along x and y (m).
 
-    Raises ValueError if they are not there.
+    Raises ValueError if one is missing.
     """
     reader = vtkXMLImageDataReader()
     reader.SetFileName(str(path))

@@ -1,4 +1,4 @@
-"""Values of the options of `iceslide footprint`: how their texts are read, and their ranges."""
+"""Values of the options of `iceslide footprint`: parsing and ranges."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def _solid(value: Any) -> Any:
 
 
 def _gaussian(value: Any) -> Any:
-    """LENGTH,PEAK,SIGMA of a profile, the last one a sixth of the length if it is not given."""
+    """LENGTH,PEAK,SIGMA of a profile; by default SIGMA is a sixth of the length."""
     if not isinstance(value, str):
         return value
     parts = [as_number(part.strip()) for part in value.split(",")]
@@ -75,7 +75,7 @@ def _gaussian(value: Any) -> Any:
 
 
 def _viscosity(value: Any) -> Any:
-    """A number in Pa s, or the path of a CSV file with one over temperature."""
+    """A number in Pa s, or the path of a CSV file of the viscosity over temperature."""
     if not names_a_file(value):
         return VISCOSITY.value.validate(as_number(value))
     viscosity_table(VISCOSITY.validate(value), "--viscosity")
@@ -83,7 +83,7 @@ def _viscosity(value: Any) -> Any:
 
 
 def _dry_stress(value: Any) -> Any:
-    """A number in Pa, or the path of a CSV file with one over the ice's temperature."""
+    """A number in Pa, or the path of a CSV file of the stress over the ice's temperature."""
     if not names_a_file(value):
         return DRY_STRESS.value.validate(as_number(value))
     DRY_STRESS.validate(value)

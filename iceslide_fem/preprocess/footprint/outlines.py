@@ -1,7 +1,8 @@
-"""The outline of a tread block, as the picture shows it.
+"""The outline of a tread block from the picture.
 
-The patch of contact is smoothed over SMOOTHING pixels, its contour taken, and corners left out that
-are nearer than TOLERANCE pixels to the line without them; last it is scaled to the patch's area.
+The contact patch is smoothed over SMOOTHING pixels. Its contour is simplified: corners closer than
+TOLERANCE pixels to the line without them are dropped. The outline is then scaled to the patch's
+area.
 """
 
 from __future__ import annotations
@@ -18,12 +19,13 @@ from iceslide_fem.scene.outline_file import area, check_outline
 
 SMOOTHING = 1.0  # pixels, standard deviation of a Gaussian
 TOLERANCE = 0.5  # pixels
-SMALLEST_HOLE = 6.0  # pixels: smaller ones are noise
+SMALLEST_HOLE = 6.0  # pixels, below that it is noise
 
 
 def patch_outline(patch: Mask, dx: float, dy: float) -> tuple[Array, ...]:
-    """Polygons (n, 2), m, of a patch (ny, nx) of pixels of size dx, dy (m): the outer one first,
-    then its holes. The middle of the patch's frame is (0, 0); none if no polygon can be drawn.
+    """Polygons (n, 2), m, of a patch (ny, nx) with pixels dx, dy (m): the outer one, then holes.
+
+    The origin is the middle of the patch's frame. Empty if no polygon can be drawn.
     """
     density = gaussian_filter(np.pad(patch.astype(float), 4), SMOOTHING)
     generator: Any = contour_generator(z=density, fill_type=FillType.OuterOffset)
@@ -39,21 +41,22 @@ def patch_outline(patch: Mask, dx: float, dy: float) -> tuple[Array, ...]:
     ny, nx = patch.shape
     middle = np.array([nx - 1, ny - 1]) / 2 + 4.0
     drawn = [simplified(ring) - middle for ring in kept]
-    if min(map(len, drawn)) < 3:  # a patch of a pixel or two
+    if min(map(len, drawn)) < 3:  # a patch of one or two pixels
         return ()
     within = abs(area(drawn[0])) - sum(abs(area(hole)) for hole in drawn[1:])
-    growth = np.sqrt(np.count_nonzero(patch) / within)  # corners cut off a part of every arc
+    growth = np.sqrt(np.count_nonzero(patch) / within)  # chords cut off a part of every arc
     rings = tuple(growth * ring * [dx, dy] for ring in drawn)
     try:
         check_outline("the block's outline", rings)
-    except SceneError:  # corners that were left out made it touch itself
+    except SceneError:  # simplification made it touch itself
         return ()
     return rings
 
 
 def simplified(ring: Array, tolerance: float = TOLERANCE) -> Array:
-    """A closed polygon (n, 2) without the corners that are nearer than `tolerance` to the line
-    without them (Ramer, Douglas and Peucker), from its two corners that are farthest apart.
+    """A closed polygon (n, 2) simplified to a `tolerance` (Ramer, Douglas and Peucker).
+
+    The algorithm starts from the two corners that are farthest apart.
     """
     if np.array_equal(ring[0], ring[-1]):
         ring = ring[:-1]
@@ -77,7 +80,7 @@ def simplified(ring: Array, tolerance: float = TOLERANCE) -> Array:
 
 
 def outline_text(rings: tuple[Array, ...], pixel: float) -> str:
-    """The CSV file that `rubber.outline` names; `pixel` (m) is what the outline is as good as."""
+    """Text of the CSV file for `rubber.outline`; pixel: accuracy of the outline, m."""
     rows = [
         f"{x:.6g},{y:.6g},{number}"
         for number, ring in enumerate(rings, start=1)

@@ -1,13 +1,13 @@
-"""Ice points that pass below lines of a footprint, and carry their films from pixel to pixel.
+"""Ice points that pass below lines of a footprint, with films from pixel to pixel.
 
-An ice point comes in at the leading edge with film h0 and cold ice, and sees the pressure of one
-pixel in contact after the other, each for dx / V. Lines advance in one call, every line with steps
-of its own and at a pixel of its own. Across gaps film and warmth stay with the ice, which cools.
+An ice point enters at the leading edge with film h0 and cold ice. It passes one pixel in contact
+after the other, each for dx / V under the pixel's pressure. All lines advance in one call; each
+line has its own steps and its own pixel. In gaps film and heat stay with the ice, which cools.
 
-Squeezed-out water moves at a fraction of the ice's speed (`Ride.water_fraction`; of a block that
-slides `interface.water`). Where it is steady its flux is the same: below the rubber it is deeper
-than the layer that the ice alone would carry. So what a line carries along is that layer, w H_s /
-V, and the layer that voids of H_V can pass on is the same fraction of H_V.
+Squeezed-out water moves at a fraction of the ice's speed (`Ride.water_fraction`; for a sliding
+block see `interface.water`). Its steady flux is constant, so water is deeper below the rubber than
+a layer that moves with the ice. The variable of a line is this equivalent layer w H_s / V. The
+layer that voids of H_V can transport is the same fraction of H_V.
 """
 
 from __future__ import annotations
@@ -35,15 +35,15 @@ from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.scene.contact_table import ConstantContact, ContactTable
 
 METHOD = INTEGRATORS["sdirk2"]
-# Relative to a pixel's time: the shortest step, and what is left over to rounding.
+# Relative to a pixel's time: the shortest step, and the rounding of the rest.
 SHORTEST, SLACK = 1e-9, 1e-6
 
 
 class Path(NamedTuple):
-    """Pixels in contact, line by line, every line as its ice passes them; arrays (n,).
+    """Pixels in contact, line by line in the order of passage; arrays (n,).
 
-    line, column: of the map; pressure (Pa); enters: whether contact begins there; behind: how many
-    pixels without contact the ice passes next; passing: a pixel's time, dx / V (s).
+    line, column: of the map; pressure: Pa; enters: whether contact begins there; behind: number of
+    following pixels without contact; passing: time per pixel, dx / V, s.
     """
 
     line: Index
@@ -55,7 +55,7 @@ class Path(NamedTuple):
 
     @classmethod
     def below(cls, pressure: Array, passing: float) -> Path:
-        """Of lines (n, nx), all of which touch; the ice comes in at the last column."""
+        """The path of touching lines (n, nx); ice enters at the last column."""
         line, steps = np.nonzero(pressure[:, ::-1] > 0.0)
         column = pressure.shape[1] - 1 - steps
         last = np.diff(line, append=-1) != 0
@@ -67,10 +67,9 @@ class Path(NamedTuple):
 class FilmMap(NamedTuple):
     """Film and friction of pixels, arrays (ny, nx), or (n,) along a path.
 
-    shear: mean of tau over the pixel (Pa); ice_heat, latent_heat: what ice and melting take, J/m2
-    per pixel passed. When the ice leaves the pixel: height: h (m); squeezed: H_s, in voids
-    that carry W (m); temperature:
-    of the ice surface (K); melting, saturated: which switches are on.
+    shear: mean of tau over the pixel, Pa; ice_heat, latent_heat: heat into ice and of melting, J/m2
+    per pixel. At the exit of the pixel: height: h, m; squeezed: H_s, or W in load-bearing voids, m;
+    temperature: of the ice surface, K; melting, saturated: masks of the switches.
     """
 
     shear: Array
@@ -84,7 +83,7 @@ class FilmMap(NamedTuple):
 
     @classmethod
     def untouched(cls, shape: tuple[int, int], ride: Ride) -> FilmMap:
-        """The map of ice (ny, nx) that nothing has touched."""
+        """The map of untouched ice (ny, nx)."""
         still, never = np.zeros((3, *shape)), np.zeros((2, *shape), dtype=bool)
         lines = ride.initial_height, ride.first_layer, ride.temperature
         height, layer, temperature = (np.broadcast_to(one, shape[::-1]).T.copy() for one in lines)
@@ -95,7 +94,7 @@ class FilmMap(NamedTuple):
         return FilmMap._make(field[some] for field in self)
 
     def friction(self, footprint: PressureMap) -> Array:
-        """mu per pixel, tau / p (5.30); 0 where there is no contact."""
+        """mu per pixel, tau / p (5.30); 0 without contact."""
         pressure = footprint.pressure
         return np.divide(self.shear, pressure, out=np.zeros_like(pressure), where=pressure > 0.0)
 
@@ -112,15 +111,15 @@ def films_along(
     tolerance: float,
     tell: Callable[[int], None],
 ) -> tuple[FilmMap, Array]:
-    """Films of all lines of a `path`, whose `ice` and ride have a temperature for each line.
+    """Films along a `path`; `ice` and ride have a temperature for each line.
 
-    Films (n,), whose `squeezed` is the layer as the ice alone carries it; heat of the ice where
-    contact ends, (modes, ends). Each line takes equal steps, as long as its last error lets it,
-    that end with the pixel, and repeats a step whose estimated error is too large. It does not wait
-    for others. Across a gap the ice cools in one step, which is exact. `tell` is called with the
-    number of pixels passed. Raises SimulationStopped where a step cannot be made.
+    Returns films (n,), whose `squeezed` is the equivalent layer, and the heat of the ice at ends of
+    contact, (modes, ends). Each line divides a pixel into equal steps by its last error, and
+    repeats a step with a too large error, independent of other lines. In a gap the ice cools in one
+    exact step. tell: called with the number of finished pixels. Raises SimulationStopped if a step
+    fails.
     """
-    # The pixels that lines are at, and those that they end with.
+    # Present and last pixel of each line.
     at = np.flatnonzero(np.diff(path.line, prepend=-1))
     last = np.append(at[1:], path.line.size) - 1
     lines, passing = at.size, path.passing
@@ -142,7 +141,7 @@ def films_along(
     gap, content = np.cumsum(gaps) - 1, ice.initial(int(np.count_nonzero(gaps)))
     films = FilmMap(*np.empty((6, k.size)), *np.empty((2, k.size), dtype=bool))
     first = np.full(lines, ride.initial_height)
-    # Dry shear needs no history: it is that of height and temperature.
+    # Dry shear has no history: it follows from height and temperature.
     state = InterfaceState(
         np.log(first) if limit is None else limit.log_height(first),
         np.broadcast_to(ride.first_layer, (lines,)).astype(float),
@@ -150,7 +149,7 @@ def films_along(
         INSULATED.initial(lines),
         np.zeros((0 if variable_viscosity is None else 1, lines)),
     )
-    # What goes round over a film's height in turn with viscosity or voids wants it exactly.
+    # Iterations of height with viscosity or voids need an exact height.
     close = CLOSE if variable_viscosity or ride.wet else close_enough(tolerance)
     aged = None
     if ride.age is not None:
@@ -163,11 +162,11 @@ def films_along(
     undercooling = ride.solid.melting_temperature - ice.temperature
     scale = np.broadcast_to(temperature_scale(undercooling, table), (lines,))
     arrives, left, dt = np.arange(lines), np.full(lines, passing), np.full(lines, passing)
-    works, rate = list(np.zeros((3, lines))), np.zeros(lines)  # of a pixel, and d ln h / dt
+    works, rate = list(np.zeros((3, lines))), np.zeros(lines)  # sums over a pixel, and d ln h / dt
     while at.size:
         if arrives.size:
             pixel, load = at[arrives], loads.take(at)
-            # At a leading edge voids take in as deep a layer as lies on the ice, of that share.
+            # At a leading edge voids take in a layer as deep as that on the ice.
             line = path.line[pixel]
             layer = np.where(path.enters[pixel], share[line], 1.0) * state.squeezed_height[arrives]
             state.squeezed_height[arrives] = np.maximum(layer, thinnest[line])
@@ -215,7 +214,7 @@ def films_along(
             at, last, left, dt, scale = at[keep], last[keep], left[keep], dt[keep], scale[keep]
             state, load, ice = state.take(keep), load.take(keep), ice.take(keep)
             works, rate = [work[keep] for work in works], rate[keep]
-    # Rounding apart, the ice has its melting temperature where it melts.
+    # Melting ice is at the melting temperature; this removes rounding.
     T_m = ride.solid.melting_temperature
     surface = np.where(films.melting, T_m, films.temperature)
     shear = films.shear / (sliding * passing)

@@ -1,7 +1,7 @@
-"""The picture of a footprint: reading, turning, cutting, and from its colours to values 0 to 1.
+"""The picture of a footprint: reading, rotation, cropping, and conversion of colours to 0 to 1.
 
-Pictures are arrays (rows, columns, 3) of bytes. Colours are read by grey scales, by named colour
-maps, or by a legend in the picture.
+Pictures are arrays (rows, columns, 3) of bytes. Colours are converted by a grey scale, a named
+colour map, or a legend in the picture.
 """
 
 from __future__ import annotations
@@ -26,17 +26,19 @@ from iceslide_fem.runtime.files import check_regular
 Picture = NDArray[np.uint8]
 FORMATS = ("PNG", "JPEG", "TIFF")
 # Distances between colours are relative to the full range of one channel.
-FAR = 0.15  # from the bar: such a pixel mixes colours, or the bar is not the picture's
-NEAR = 0.015  # a colour of the bar up to the rounding to bytes
-MOST_FAR = 0.3  # of the pixels in contact; JPEG at the edges of thin ribs makes up to 0.15
-MOST_COLOURED = 0.01  # of pixels that are not grey in a picture taken as a grey scale
+FAR = 0.15  # from the bar: mixed colours, or a wrong bar
+NEAR = 0.015  # a colour of the bar within rounding to bytes
+MOST_FAR = 0.3  # of the pixels in contact; JPEG causes up to 0.15 at edges of thin ribs
+MOST_COLOURED = 0.01  # fraction of coloured pixels allowed in a grey picture
 BAR_COLOURS = 2048
 SQUARE = np.ones((3, 3))  # a pixel and its neighbours
-MAX_REACH = 4.0  # pixels over which an unclear pixel takes the value of a clear one
+MAX_REACH = 4.0  # pixels, largest distance of the clear pixel that replaces an unclear one
 
 
 class Box(NamedTuple):
-    """A rectangle of pixels: left and top inside, right and bottom outside, from the top left."""
+    """A rectangle of pixels from the top left: left and top inclusive, right and bottom
+    exclusive.
+    """
 
     left: int
     top: int
@@ -45,16 +47,15 @@ class Box(NamedTuple):
 
 
 def read_picture(path: Path | str, behind: tuple[int, int, int] = (255, 255, 255)) -> Picture:
-    """The picture as red, green and blue from 0 to 255; 16-bit grey is scaled to that.
+    """The picture as red, green and blue from 0 to 255; 16-bit grey is scaled.
 
-    It stands as programs show it, which turn what a camera calls turned. Transparent pixels become
-    `behind`. Raises SceneError if it is not a readable PNG, JPEG or TIFF, or has values that are no
-    colours.
+    It is rotated by the camera's orientation tag. Transparent pixels become `behind`. Raises
+    SceneError if it is not a readable PNG, JPEG or TIFF, or if its values are not colours.
     """
     check_regular(Path(path), "the picture")
     try:
         with warnings.catch_warnings(action="ignore"), Image.open(path, formats=FORMATS) as image:
-            # Warnings are of damage that leaves a readable picture.
+            # Warnings mean damage of a still readable picture.
             image = ImageOps.exif_transpose(image) or image
             if image.mode[0] in "IF":
                 low, high = np.asarray(image).min(), np.asarray(image).max()
@@ -89,9 +90,9 @@ def colour(name: str) -> tuple[int, int, int]:
 
 
 def rotate(picture: Picture, degrees: float, fill: tuple[int, int, int]) -> Picture:
-    """The picture turned counter-clockwise, grown so that its corners fit; `fill` around it.
+    """The picture rotated counter-clockwise and enlarged to its corners, with `fill` around it.
 
-    Colours are not mixed: each pixel is one of the original.
+    Colours are not interpolated: each pixel is one of the original.
     """
     if degrees % 360.0 == 0.0:
         return picture
@@ -100,7 +101,7 @@ def rotate(picture: Picture, degrees: float, fill: tuple[int, int, int]) -> Pict
 
 
 def cut(picture: Picture, box: Box, what: str) -> Picture:
-    """The part of the picture in `box`. Raises SceneError, with `what`, if it is not inside."""
+    """The part of the picture in `box`. Raises SceneError, naming `what`, if it is outside."""
     height, width = picture.shape[:2]
     if box.left >= box.right or box.top >= box.bottom:
         raise SceneError(
@@ -119,11 +120,11 @@ def _text(box: Box) -> str:
 
 
 class Reading(NamedTuple):
-    """What a picture says; arrays (rows, columns).
+    """Values of a picture; arrays (rows, columns).
 
-    value: 0 to 1 along the bar, 0 on the background; distance: of each colour to the bar (or to
-    the background, where that is closer), relative to the full range of one channel; unclear:
-    pixels in contact whose value was taken from their neighbours.
+    value: 0 to 1 along the bar, 0 on the background; distance: of each colour to the bar (or to the
+    background if closer), relative to the full range of a channel; unclear: pixels in contact with
+    the value of a neighbour.
     """
 
     value: Array
@@ -132,7 +133,7 @@ class Reading(NamedTuple):
 
 
 def read_grey(picture: Picture) -> Reading:
-    """Values G / 255 of a grey picture, (4.2) to (4.4); the distance is how far it is from grey.
+    """Values G / 255 of a grey picture, (4.2) to (4.4); the distance is that from grey.
 
     Raises SceneError for a coloured picture.
     """
@@ -166,8 +167,8 @@ def lowest_colour(bar: Array) -> tuple[int, int, int]:
 def legend_bar(legend: Picture) -> Array:
     """Colours (n, 3), 0 to 1, along a legend cut from a picture, from its low to its high end.
 
-    A legend that is taller than wide has its high end on top, another one at the right. Raises
-    SceneError if it shows fewer than three colours.
+    The high end is on top of a tall legend, and at the right of a wide one. Raises SceneError if it
+    has fewer than three colours.
     """
     across = 1 if legend.shape[0] >= legend.shape[1] else 0
     width = legend.shape[across]
@@ -181,14 +182,13 @@ def legend_bar(legend: Picture) -> Array:
 
 
 def read_colours(picture: Picture, bar: Array, background: tuple[int, int, int] | None) -> Reading:
-    """Place of every pixel's colour on the `bar`; 0 where the `background` is closer.
+    """Position of every pixel's colour on the `bar`; 0 if the `background` is closer.
 
-    At the edges of the background colours mix, and elsewhere some are far from the bar: such a
-    pixel takes the value of the nearest clear one, if that is near; at an edge it is in contact if
-    that colour makes up at least half of its own. Raises SceneError if the colours are not those
-    of the bar.
+    Colours mix at edges of the background, and some are far from the bar. Such a pixel takes the
+    value of the nearest clear pixel within reach. At an edge it is in contact if the clear colour
+    is at least half of its colour. Raises SceneError if the colours do not match the bar.
     """
-    # Every colour, one number of its three bytes, is searched for once.
+    # Each distinct colour, as one number of three bytes, is searched once.
     red, green, blue = np.moveaxis(picture.astype(np.int64), 2, 0)
     codes, index = np.unique(red << 16 | green << 8 | blue, return_inverse=True)
     index = index.reshape(picture.shape[:2])

@@ -1,4 +1,4 @@
-"""Module 1: the pressure map and what it says of the contact; SI units."""
+"""Module 1: the pressure map and figures of the contact; SI units."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from iceslide_fem.runtime.errors import SceneError
 
 @dataclass(frozen=True)
 class PressureMap:
-    """Contact pressure on pixels; `pressure` (ny, nx) in Pa, 0 where there is no contact.
+    """Contact pressure on pixels; `pressure` (ny, nx) in Pa, 0 without contact.
 
     dx, dy: size of a pixel (m). x grows with the columns, y with the rows.
     """
@@ -39,9 +39,7 @@ class PressureMap:
 
     @property
     def gross_area(self) -> float:
-        """Area within the outline: between the first and the last pixel in contact of a row or of
-        a column, m2.
-        """
+        """Gross area: between the first and last pixel in contact of rows and columns, m2."""
         contact = self.contact
         inside = _between_ends(contact, 0) | _between_ends(contact, 1)
         return self.pixel_area * int(inside.sum())
@@ -73,13 +71,13 @@ class PressureMap:
         return (np.arange(0.0, self.pressure.shape[0]) + 0.5) * self.dy
 
     def sample(self, lines: int) -> Array:
-        """Pressures (n, nx), Pa, of about so many lines, evenly chosen among those that touch."""
+        """Pressures (n, nx), Pa, of about `lines` lines, evenly chosen among touching ones."""
         touching = np.flatnonzero(self.contact.any(axis=1))
         every = max(1, touching.size // lines)
         return self.pressure[touching[every // 2 :: every]]
 
     def carrying(self, load: float) -> tuple[PressureMap, float]:
-        """The map that carries `load` (N), and the factor applied to every pressure."""
+        """The map scaled to carry `load` (N), and the factor on the pressures."""
         factor = load / self.load
         return replace(self, pressure=factor * self.pressure), factor
 
@@ -99,11 +97,11 @@ class PressureMap:
 def pressure_from_values(
     value: Array, low: float, high: float, threshold: float, size: tuple[float, float]
 ) -> PressureMap:
-    """P = Pmin + value (Pmax - Pmin), (4.4) put right; no contact up to `threshold` (Pa).
+    """P = Pmin + value (Pmax - Pmin), corrected (4.4); no contact up to `threshold` (Pa).
 
-    `value`: 0 to 1, its first row on top of the picture; low, high: Pmin and Pmax (Pa); size:
-    length along x and width along y (m). The thesis prints P = G / Pmax for (4.4), which does not
-    fulfil its own (4.2) and (4.3). Raises SceneError if no pixel is in contact.
+    value: 0 to 1, first row on top of the picture; low, high: Pmin and Pmax, Pa; size: length along
+    x and width along y, m. The thesis prints P = G / Pmax for (4.4), which does not fulfil its own
+    (4.2) and (4.3). Raises SceneError if no pixel is in contact.
     """
     pressure = low + value[::-1] * (high - low)
     pressure = np.where(pressure > threshold, pressure, 0.0)
@@ -131,7 +129,7 @@ class GaussianLine:
 def gaussian_centre_line(footprint: PressureMap) -> GaussianLine:
     """Gaussian with the load, the centre and the spread of the pressure along x.
 
-    The mean over y of the lines that touch anywhere gives the load per area of the line.
+    The mean over y of all touching lines is the load per area of the line.
     """
     lines = footprint.pressure[footprint.contact.any(axis=1)]
     line, x = lines.mean(axis=0), footprint.x
@@ -143,7 +141,7 @@ def gaussian_centre_line(footprint: PressureMap) -> GaussianLine:
 
 
 def _between_ends(contact: Mask, axis: int) -> Mask:
-    """Pixels that have contact on both sides of them, or are in contact, along `axis`."""
+    """Pixels in contact, or with contact on both sides, along `axis`."""
     before = np.logical_or.accumulate(contact, axis=axis)
     after = np.flip(np.logical_or.accumulate(np.flip(contact, axis), axis=axis), axis)
     return before & after

@@ -1,5 +1,6 @@
-"""Pressures that are given as numbers: their unit, whether a tyre presses like that, and frames of
-a pressure-measuring mat, as Tekscan's programs export them as text (ASF, CSV).
+"""Pressures given as numbers: unit, plausibility, and frames of a pressure mat.
+
+Frames are read from the text export of Tekscan's programs (ASF, CSV).
 """
 
 from __future__ import annotations
@@ -15,19 +16,19 @@ from iceslide_fem.runtime.units import si_unit, to_si
 from iceslide_fem.scene.materials import BAR
 
 HIGHEST = 100.0 * BAR
-# Mean pressures where a tyre or a block touches, Pa: all that is plausible, and what is usual.
+# Mean contact pressures of a tyre or block, Pa: plausible range, and usual range.
 PLAUSIBLE = 5e3, 5e6
 USUAL = 2e4, 1.5e6
 UNITS = ("Pa", "kPa", "bar", "MPa", "psi", "N/cm^2")
 _FRAME = re.compile(r"^Frame[ \t,;]+([0-9]+).*$", re.MULTILINE | re.IGNORECASE)
-_EMPTY = re.compile(r"^[,; \t]+$", re.MULTILINE)  # lines that a spreadsheet has padded
-_BLANK = re.compile(r"(?<![^,;\t\n ])[Bb](?![^,;\t\n ])")  # a place without a sensor
+_EMPTY = re.compile(r"^[,; \t]+$", re.MULTILINE)  # lines padded by a spreadsheet
+_BLANK = re.compile(r"(?<![^,;\t\n ])[Bb](?![^,;\t\n ])")  # a position without a sensor
 
 
 def pressure_unit(named: list[str], option: str | None, said: str) -> str:
-    """The unit of pressures: that `named` in the file, else that of --pressure-unit, else Pa.
+    """The unit of pressures: `named` in the file, else --pressure-unit, else Pa.
 
-    Raises SceneError where they contradict each other.
+    Raises SceneError if they contradict each other.
     """
     factors = {_pascals(unit) for unit in named}
     if len(factors) > 1 and option is None:
@@ -38,10 +39,9 @@ def pressure_unit(named: list[str], option: str | None, said: str) -> str:
 
 
 def check_pressures(values: Array, said: str, unit: str) -> None:
-    """Raise SceneError unless pressures (Pa) are from 0 to 100 bar, and their mean above 0 is one
-    of a tyre or a block.
+    """Raise SceneError unless pressures (Pa) are 0 to 100 bar, with a plausible mean in contact.
 
-    `unit`: that in which they were given; the message has the units that would make them usual.
+    unit: of the given values; the message suggests units that make them usual.
     """
     low, high, factor = float(values.min()), float(values.max()), _pascals(unit)
     if high == 0.0 <= low:
@@ -69,15 +69,15 @@ def _pascals(unit: str) -> float:
 
 
 def is_sensor_text(text: str) -> bool:
-    """Whether a text is an export of frames: its head begins with DATA_TYPE."""
+    """Whether a text is an export of frames (its head begins with DATA_TYPE)."""
     return text.lstrip('\ufeff \t\r\n"').startswith("DATA_TYPE")
 
 
 def read_frame(text: str, said: str, number: int | None) -> tuple[Array, tuple[float, float], str]:
-    """Pressures of the frame of this `number`, or of that of the largest force.
+    """Pressures of the frame `number`, by default of the frame with the largest force.
 
-    Pressures (rows, columns), Pa, the first row on top, NaN where there is no sensor; length and
-    width, m; which frame it is, a sentence. Raises SceneError.
+    Returns pressures (rows, columns), Pa, first row on top, NaN without a sensor; length and width,
+    m; a sentence on the frame. Raises SceneError.
     """
     text = text.replace("\r\n", "\n")
     marks = list(_FRAME.finditer(text))
@@ -137,7 +137,7 @@ def _length(head: dict[str, str], key: str, said: str) -> float:
 
 
 def _factor(head: dict[str, str], area: float, said: str) -> tuple[float, str]:
-    """By which values become Pa, and their unit; forces are those on one sensor's area (m2)."""
+    """Factor from values to Pa, and their unit; forces act on the area (m2) of a sensor."""
     given = head.get("UNITS", "")
     if (unit := si_unit(given, "Pa")) is not None:
         return to_si(f"1 {unit}", "Pa"), unit

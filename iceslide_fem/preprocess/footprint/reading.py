@@ -1,4 +1,4 @@
-"""Module 1: a footprint as it is read, from a picture, from maps or from one line."""
+"""Module 1: reading of a footprint from a picture, from maps or from a line."""
 
 from __future__ import annotations
 
@@ -37,17 +37,16 @@ from iceslide_fem.scene.materials import BAR
 from iceslide_fem.scene.messages import missing
 
 BRIGHT = 0.5  # of the grey scale
-FACTORS = 0.2, 5.0  # of a given load on pressures that were read, beyond which it is said
+FACTORS = 0.2, 5.0  # factors of a given load on the read pressures, beyond which a note is given
 
 
 class ReadFootprint(NamedTuple):
-    """A pressure map and how well it was read.
+    """A pressure map and the quality of its reading.
 
     distance: of every pixel's colour to the bar, (ny, nx), relative to the range of a channel;
-    unclear: pixels whose value is that of a neighbour; both None of pressures that were given as
-    numbers. load_factor: by which a given load changed all pressures. temperature (K) and state
-    (ny, nx): those that were given, or None. left: x of the map's left side in the data, m.
-    notes: what a person should know of how it was read, sentences.
+    unclear: pixels with the value of a neighbour; both are None for pressures given as numbers.
+    load_factor: factor on all pressures by a given load. temperature (K) and state (ny, nx): given
+    values, or None. left: x of the map's left side in the data, m. notes: sentences for the user.
     """
 
     pressure_map: PressureMap
@@ -61,13 +60,13 @@ class ReadFootprint(NamedTuple):
 
 
 def read_footprint(case: FootprintCase) -> ReadFootprint:
-    """Module 1, with temperatures and states that were given. Raises as `read_source`."""
+    """Module 1, with given temperatures and states. Raises as `read_source`."""
     read = _with_own_maps(_whole(case), case)
     return read if case.row is None else _one_row(read, case.row)
 
 
 def read_source(case: SourceOptions) -> ReadFootprint:
-    """The pressures. Raises SceneError for everything that is wrong with what is read."""
+    """The pressures. Raises SceneError for invalid data."""
     read = _whole(case)
     return read if case.row is None else _one_row(read, case.row)
 
@@ -112,7 +111,7 @@ def _read_picture(case: SourceOptions) -> ReadFootprint:
         bar = legend_bar(cut(picture, case.legend, "legend"))
     elif case.colormap is not None:
         bar = named_bar(case.colormap)
-    if bar is not None and background is None:  # what a rotation adds is no contact
+    if bar is not None and background is None:  # pixels added by a rotation are not in contact
         around = lowest_colour(bar)
     picture = rotate(picture, case.rotation, around)
     if case.crop is not None:
@@ -155,7 +154,7 @@ def _read_map(case: SourceOptions) -> ReadFootprint:
 
 
 def _touching(pressure: Array, case: SourceOptions) -> Array:
-    """Pressures (Pa) that were given as numbers, 0 up to the threshold of contact."""
+    """Pressures (Pa) given as numbers, set to 0 up to the threshold of contact."""
     touching = np.where(pressure > case.lowest_pressure, pressure, 0.0)
     if not touching.any():
         raise SceneError(
@@ -179,13 +178,13 @@ def _read_line(path: Path, case: SourceOptions) -> ReadFootprint:
 
 
 def _check_states(state: States, contact: Mask, said: str) -> None:
-    """Raise SceneError where states that were given contradict the pressure."""
+    """Raise SceneError if given states contradict the pressure."""
     if (state[contact] == State.NO_CONTACT).any():
         raise SceneError(f"{said} has no contact (0) where the pressure is above 0")
 
 
 def _with_own_maps(read: ReadFootprint, case: FootprintCase) -> ReadFootprint:
-    """With the temperatures and states that were given, which must have the same pixels."""
+    """Add the given temperatures and states, which must have the same pixels."""
     contact = read.pressure_map.contact
     if case.temperature_map is not None:
         given = read_temperatures(case.temperature_map)
@@ -202,7 +201,7 @@ def _with_own_maps(read: ReadFootprint, case: FootprintCase) -> ReadFootprint:
 
 
 def _fitting(values: Array, contact: Mask, option: str) -> Array:
-    """A map of the pixels of `contact`, whose first row is on top, from below."""
+    """A map with the pixels of `contact`, flipped from first row on top to first row below."""
     if values.shape != contact.shape:
         raise SceneError(
             f"{option} has {values.shape[1]} x {values.shape[0]} pixels, the pressure "

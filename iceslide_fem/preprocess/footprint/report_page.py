@@ -1,4 +1,4 @@
-"""The page of a footprint: what was read, its maps and lines, friction and edge temperatures."""
+"""The page of a footprint: input, maps and lines, friction and edge temperatures."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ LEFT_OUT = (
     "k, D and H_V follow the local pressure. The macroscopic model: nothing melts, and the heat is "
     "that of static friction everywhere."
 )
-PIXELS = 260  # of a map along x at most: every n-th is drawn
+PIXELS = 260  # largest number along x: every n-th pixel is drawn
 MM = 1e3
 TABLES = {"footprint": "The contact", "colours": "How the picture was read"}
 MODELS = {
@@ -46,7 +46,7 @@ MODELS = {
     "moving_source": "moving source",
     "given": "temperatures given",
 }
-# What the rows of the models are called, where the key does not say it.
+# Names of rows of the models that differ from their keys.
 NAMES = {
     "mu_mean": "mean mu",
     "mu_map_mean": "mean mu, (4.7) to (4.9)",
@@ -98,9 +98,9 @@ MAPS = {
     "rise by the moving source (K)": ("Temperature rise, moving source", "K", 1.0, "inferno"),
     MU_MOVING: (MU_MOVING, "", 1.0, "magma"),
 }
-# Curves of a line by their names, and what their columns in line.csv are called.
+# Curves of a line by name, and their columns in line.csv.
 ALONG = {"(3.3)": "thesis", "moving source": "moving", "given": "given", "film law": "film"}
-# Charts of a line: anchor, title, label of y, and the column that each of them has.
+# Charts of a line: anchor, title, label of y, and column.
 CHARTS = (
     ("flux", "Heat flux by (3.2)", "W/m²", "flux_{}_W_m2"),
     ("rise", "Temperature rise", "K", "rise_{}_K"),
@@ -238,7 +238,7 @@ def _chart(anchor: str, title: str, label: str, x: Array, columns: Mapping[str, 
 
 
 def _command(case: Mapping[str, Any]) -> str:
-    """The command line of a case: what is not as by default."""
+    """The command of a case, with its non-default options."""
     image = case.get("image")
     words = ["iceslide footprint" + (f" {shlex.quote(str(image))}" if image else "")]
     usual = FootprintCase.model_fields

@@ -1,4 +1,4 @@
-"""How ice passes a footprint, and what its films are made of."""
+"""Kinematics of ice below a footprint, and parameters of its films."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from iceslide_fem.scene.materials import ICE, WATER_VISCOSITY, Solid, ViscosityT
 from iceslide_fem.scene.shear_strength import ShearStrength
 
 FIRST_HEIGHT = 70e-9  # m, the thesis's
-NOTHING = 1e-15  # m, that voids can pass on whose water stays where it is: they are full
+NOTHING = 1e-15  # m, capacity of voids whose water does not move: they are full
 
 
 class Ride(NamedTuple):
     """How ice passes the footprint: V and the sliding speed V S (m/s), T_0 (K), h0 (m).
 
-    T_0 and V S may be arrays (ny,), one value for each line. water_speed: of squeezed-out water
-    relative to the rubber, a fraction of the sliding speed. Tables of the viscosity are read at
-    the film's temperature. strength: tau_b of dry rubber on ice, where that limits the shear; then
-    h0 may be 0, and the viscosity is a number. age: how the contact ages, where it does. wet: water
-    on the ice, where voids carry; then the viscosity is a number, and water_speed 1.
+    T_0 and V S may be arrays (ny,), one value for each line. water_speed: speed of squeezed-out
+    water relative to the rubber, over the sliding speed. A viscosity table is read at the film's
+    temperature. strength: tau_b of dry rubber on ice if it limits the shear; h0 may then be 0, and
+    the viscosity is a number. age: ageing contact, or None. wet: water on the ice with load-bearing
+    voids, or None; the viscosity is then a number, and water_speed 1.
     """
 
     speed: float
@@ -41,7 +41,7 @@ class Ride(NamedTuple):
 
     @property
     def limit(self) -> LimitingShear | None:
-        """What limits the shear of the films."""
+        """Limit of the shear of the films, or None."""
         if self.strength is None:
             return None
         assert not isinstance(self.viscosity, ViscosityTable)
@@ -58,28 +58,28 @@ class Ride(NamedTuple):
 
     @property
     def water_fraction(self) -> float | Array:
-        """w / V of the water below the rubber, which itself passes the footprint at V (1 - S)."""
+        """w / V of water below the rubber; the rubber passes the footprint at V (1 - S)."""
         return 1.0 - self.sliding_speed / self.speed * (1.0 - self.water_speed)
 
     @property
     def thinnest_layer(self) -> float | Array:
-        """Of squeezed-out water on the ice, m."""
+        """Least layer of squeezed-out water on the ice, m."""
         return np.where(np.asarray(self.water_fraction) > 0.0, 0.0, NOTHING)
 
     @property
     def first_layer(self) -> float | Array:
-        """Of water on the ice ahead of contact, m."""
+        """Layer of water on the ice ahead of contact, m."""
         return self.thinnest_layer if self.wet is None else self.wet.height
 
     def water(self, lines: int) -> tuple[Array, VariableViscosity | None]:
-        """Viscosity of every line (Pa s), (lines,), and how it follows the temperature."""
+        """Viscosity of every line (Pa s), (lines,), and its temperature dependence, or None."""
         viscosity = np.broadcast_to(self.viscosity_at(self.temperature), (lines,)).copy()
         if not isinstance(self.viscosity, ViscosityTable):
             return viscosity, None
         return viscosity, VariableViscosity(self.viscosity, viscosity)
 
     def viscosity_at(self, temperature: float | Array) -> Array:
-        """Of the water (Pa s) at temperatures (K) of any shape."""
+        """Viscosity of the water (Pa s) at temperatures (K) of any shape."""
         given = self.viscosity
         if isinstance(given, ViscosityTable):
             return given(temperature)

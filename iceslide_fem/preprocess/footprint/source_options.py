@@ -1,4 +1,4 @@
-"""Where the pressures of a footprint come from: options that commands about footprints share."""
+"""Options on the source of the pressures, shared by commands on footprints."""
 
 from __future__ import annotations
 
@@ -22,23 +22,23 @@ from iceslide_fem.scene.messages import missing
 from iceslide_fem.scene.units import Quantity
 
 THRESHOLD = 0.05  # of the range of pressures
-# Of pressures that are numbers, Pa: what a Gaussian has far out, which no tyre presses with.
+# Threshold of pressures given as numbers, Pa: below it is the tail of a Gaussian.
 LOWEST_CONTACT = 1.0
-LOWEST_SCALE = 0.1 * BAR  # for its high end: a tyre's mean pressure is some bar
+LOWEST_SCALE = 0.1 * BAR  # least high end of the scale: a tyre's mean pressure is some bar
 _named = option_names("image")
 OF_A_PICTURE = "max_pressure min_pressure colormap legend background rotation crop dark_is".split()
 OF_AN_AREA = [*OF_A_PICTURE, *"length width row load frame".split()]
-# What each source needs, and what does not fit it.
+# Required and incompatible options of each source.
 SOURCES: dict[str, tuple[Sequence[str], Sequence[str]]] = {
     "image": (("length", "width", "max_pressure"), ("pressure_unit", "frame")),
-    "pressure_map": ((), OF_A_PICTURE),  # length and width, unless its file says them
+    "pressure_map": ((), OF_A_PICTURE),  # length and width, unless they are in the file
     "line": ((), OF_AN_AREA),
     "gaussian": ((), (*OF_AN_AREA, "pressure_unit")),
 }
 
 
 def results_folder(values: Mapping[str, Any], ending: str = "") -> Path:
-    """Where results go that have no folder of their own: by the file of pressures in `values`."""
+    """Default output folder, by the file of pressures in `values`."""
     named = (values.get(name) for name in ("image", "pressure_map", "line"))
     source = next(filter(None, named), "gaussian" if values.get("gaussian") else "footprint")
     return Path("results") / f"{Path(source).stem}{ending}"
@@ -47,14 +47,14 @@ def results_folder(values: Mapping[str, Any], ending: str = "") -> Path:
 class SourceOptions(CommandOptions):
     """A footprint; SI units. Its keys are the options of the command.
 
-    One of image, pressure_map (a table of pressures, in Pa unless its file or pressure_unit says
-    another unit, or frames of a sensor, of which `frame` is read, else that of the largest force)
-    and line (a profile) is read, or gaussian is made, the profile of fig. 6 (length in m, peak in
-    Pa, standard deviation in m); of image and map, row takes one line of pixels from the top.
+    The source is one of: image; pressure_map, a table of pressures (in Pa unless the file or
+    pressure_unit gives another unit) or frames of a sensor (`frame`, by default the one with the
+    largest force); line, a profile; gaussian, the profile of fig. 6 (length in m, peak in Pa,
+    standard deviation in m). `row` selects one line of pixels of image or map, from the top.
     length, width: of the picture after rotation and cropping, along and across the direction of
-    travel (m). dark_is: the pressure where a grey picture is dark, high or low. min_pressure and
-    max_pressure: ends of the colour scale (Pa). rotation: degrees counter-clockwise, to turn the
-    direction of travel to the right. load: to which all pressures are scaled (N).
+    travel, m; dark_is: whether dark means high or low pressure in a grey picture; min_pressure,
+    max_pressure: ends of the colour scale, Pa; rotation: degrees counter-clockwise, which turns the
+    direction of travel to the right; load: to which all pressures are scaled, N.
     """
 
     model_config = ConfigDict(alias_generator=_named)
@@ -87,7 +87,7 @@ class SourceOptions(CommandOptions):
         return self
 
     def _check_source(self) -> None:
-        """Raise ValueError unless one source is given, with what it needs and nothing else."""
+        """Raise ValueError unless one source is given, with its required options only."""
         given = [name for name in SOURCES if getattr(self, name) is not None]
         if len(given) != 1:
             what = "; ".join(map(_named, given)) if given else "none of them"
@@ -124,23 +124,24 @@ class SourceOptions(CommandOptions):
 
     @property
     def in_grey(self) -> bool:
-        """Whether a picture is taken as a grey scale."""
+        """Whether a picture is read as a grey scale."""
         return self.image is not None and self.legend is None and self.colormap is None
 
     @property
     def one_line(self) -> bool:
-        """Whether one line along the footprint is asked for, the mono-dimensional model."""
+        """Whether one line along the footprint is computed (mono-dimensional model)."""
         return self.line is not None or self.gaussian is not None or self.row is not None
 
     @property
     def source(self) -> Path:
-        """The file that the pressure comes from; of a profile that is made, its name."""
+        """The file of the pressures; for a generated profile its name."""
         return self.image or self.pressure_map or self.line or Path("gaussian")
 
     @property
     def lowest_pressure(self) -> float:
-        """The threshold of contact (Pa): as given, else 5 % of the range above its low end; of
-        pressures that are given as numbers 1 Pa.
+        """The threshold of contact (Pa).
+
+        By default 5 % of the range above its low end; 1 Pa for pressures given as numbers.
         """
         if self.threshold is not None:
             return self.threshold

@@ -37,7 +37,7 @@ def summary(result: Survey) -> dict[str, Any]:
     footprint, contact = read.pressure_map, read.pressure_map.contact
     line = gaussian_centre_line(footprint)
     melting = float(film.melting[contact].mean())
-    dry = case.dry_stress is not None or bool(case.water)  # no film that has to melt first
+    dry = case.dry_stress is not None or bool(case.water)  # needs no melting
     mu = film.friction(footprint)[contact]
     outside = case.contact_table.outside(footprint.pressure[contact])
     warnings = [
@@ -74,7 +74,7 @@ def summary(result: Survey) -> dict[str, Any]:
 
 
 def _colours(read: ReadFootprint, case: FootprintCase) -> dict[str, Any]:
-    """How well a picture was read; nothing where none was."""
+    """Quality of the reading of a picture; empty without one."""
     if read.distance is None or read.unclear is None:
         return {}
     contact = read.pressure_map.contact
@@ -105,7 +105,7 @@ def _heat(model: HeatModel, contact: Mask) -> dict[str, Any]:
 
 
 def _water(result: Survey) -> dict[str, float]:
-    """What water in the voids does; nothing where they do not carry."""
+    """Figures of water in load-bearing voids; empty without them."""
     footprint, borne = result.read.pressure_map, result.borne
     if borne is None:
         return {}
@@ -171,6 +171,6 @@ def lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
 
 
 def _both_edges(figures: Mapping[str, Any]) -> str:
-    """Temperatures where the ice comes in and leaves, 3.2.2."""
+    """Temperatures of the ice at the leading and trailing edge, 3.2.2."""
     leading, trailing = (figures[f"{edge}_edge_temperature_C"] for edge in Edges._fields)
     return f"{leading:.2f}, {trailing:.2f} degC"

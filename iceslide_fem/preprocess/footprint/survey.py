@@ -1,4 +1,4 @@
-"""All of a footprint: both heat models, the film, and mean friction over the ice's temperature."""
+"""Full survey of a footprint: both heat models, film, and mean friction over ice temperature."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.materials import ICE_EFFUSIVITY, MELTING_TEMPERATURE, WATER_VISCOSITY
 
-# K, how far below the melting temperature the ice of the curves is
+# K, undercooling of the ice in the curves
 UNDERCOOLING = np.array([20.0, 15.0, 10.0, 7.0, 5.0, 4.0, 3.0, 2.0, 1.0, 0.5])
-LINES = 20  # of the footprint that stand for those around them: 0.2 % of mu on a tread
+LINES = 20  # representative lines of the footprint: error of mu 0.2 % on a tread
 LARGEST_MEAN = 5.0  # mu of the film law, mean over the footprint
 
 
@@ -39,7 +39,7 @@ class Curves(NamedTuple):
 class Survey(NamedTuple):
     """Everything computed of a footprint: `thesis` by (3.3), `moving` by the moving source.
 
-    given: the macroscopic model with the temperatures that were given, or None.
+    given: the macroscopic model with given temperatures, or None.
     """
 
     case: FootprintCase
@@ -52,7 +52,7 @@ class Survey(NamedTuple):
 
     @property
     def models(self) -> dict[str, HeatModel]:
-        """The macroscopic models by the names that the summary has for them."""
+        """The macroscopic models by their names in the summary."""
         found = {"thesis": self.thesis, "moving_source": self.moving}
         return found if self.given is None else {**found, "given": self.given}
 
@@ -63,7 +63,7 @@ class Survey(NamedTuple):
 
     @property
     def borne(self) -> Array | None:
-        """p_f (Pa), (ny, nx), where the ice leaves a pixel; None where voids do not carry."""
+        """p_f (Pa), (ny, nx), at the exit of a pixel; None without load-bearing voids."""
         footprint = self.read.pressure_map
         wet = self.case.wet_ice(footprint.contact_length)
         if wet is None:
@@ -72,7 +72,7 @@ class Survey(NamedTuple):
 
     @property
     def state(self) -> States:
-        """Dry, mixed, wet by the surface temperature of the film model, from that of melting."""
+        """Dry, mixed, wet by the film model's surface temperature relative to melting."""
         contact = self.read.pressure_map.contact
         return classify(self.film.temperature - self.case.melting_temperature, contact)
 
@@ -80,17 +80,16 @@ class Survey(NamedTuple):
 def survey(
     case: FootprintCase, read: ReadFootprint, tell: Callable[[float], None] = lambda fraction: None
 ) -> Survey:
-    """Modules 2 and 3 by both heat models, the film under every pixel, and mean friction over the
-    ice's temperature.
+    """Modules 2 and 3 by both heat models, films of all pixels, and friction over temperature.
 
-    `tell` is called with the fraction of the pixels that is done. Raises SceneError if the film
-    law's mean friction is none that rubber has on ice.
+    tell: called with the finished fraction of the pixels. Raises SceneError if the film law's mean
+    friction is implausible for rubber on ice.
     """
     footprint = read.pressure_map
     ride = case.ride._replace(wet=case.wet_ice(footprint.contact_length))
     rows, temperatures = len(footprint.pressure), case.melting_temperature - UNDERCOOLING
     some = footprint.sample(LINES)
-    # Lines on other ice pass with the rest: a pass takes its time for its pixels, not its lines.
+    # Lines at other temperatures join the call: its time depends on pixels per line, not on lines.
     pressure = np.concatenate([footprint.pressure, *[some] * temperatures.size])
     below = np.append(np.full(rows, ride.temperature), np.repeat(temperatures, len(some)))
     film = film_map(
@@ -124,11 +123,10 @@ def survey(
 def friction_curves(footprint: PressureMap, case: FootprintCase, mu: Array) -> Curves:
     """Mean friction at `UNDERCOOLING`: `mu` of the film law, and the formulas.
 
-    The formulas see one contact with the footprint's mean pressure; it is as long as the area in
-    contact on the lines that touch is on average. Peng's wet area begins where the moving source
-    with static friction reaches T_m; its film is that of Hayhoe and Shapley. Water and salt enter
-    the film law alone: Navin's formula goes by degC, the others are of pure ice that is as far
-    below its melting temperature.
+    The formulas use one contact with the footprint's mean pressure; its length is the mean contact
+    length of touching lines. Peng's wet area begins where the moving source with static friction
+    reaches T_m; its film is that of Hayhoe and Shapley. Water and salt affect the film law only.
+    Navin's formula uses degC; the others use pure ice with the same undercooling.
     """
     temperatures = case.melting_temperature - UNDERCOOLING
     pure = MELTING_TEMPERATURE - UNDERCOOLING

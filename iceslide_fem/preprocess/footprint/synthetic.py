@@ -1,7 +1,7 @@
-"""Synthetic footprints with known pressure, and pictures of them: there is none to copy.
+"""Synthetic footprints with known pressure, and pictures of them, because no measured one is free.
 
-A tread of ribs cut into blocks by sipes, inside a rounded outline, with more pressure on the
-shoulders, rounded towards leading and trailing edge, and with a little unevenness.
+The tread has ribs cut into blocks by sipes, inside a rounded outline. The pressure is higher on the
+shoulders, rounded towards leading and trailing edge, and slightly uneven.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.scene.materials import BAR
 
-LEGEND_SHARE = 0.05  # of the picture's width
+LEGEND_SHARE = 0.05  # width of the legend over that of the picture
 TICKS = 16  # pixels between footprint and legend
 
 
@@ -27,8 +27,8 @@ TICKS = 16  # pixels between footprint and legend
 class Tread:
     """A tread pattern, in m: circumferential grooves between ribs, sipes across them.
 
-    `shoulder` is the additional pressure at the outer edges relative to the middle, `roughness`
-    the standard deviation of the pressure relative to its mean, even over about 2 mm.
+    shoulder: additional pressure at the outer edges relative to the middle; roughness: standard
+    deviation of the pressure over its mean, with a correlation length of about 2 mm.
     """
 
     length: float = 0.18
@@ -57,7 +57,7 @@ class Tread:
         return PressureMap(pressure, dx, dy)
 
     def _touches(self, x: Array, y: Array) -> Mask:
-        """Where there is rubber: neither groove nor sipe; sipes are offset from rib to rib."""
+        """Mask of rubber (neither groove nor sipe); sipes are offset from rib to rib."""
         rib_pitch = (0.9 * self.width + self.groove) / self.ribs
         across = y - 0.05 * self.width
         rib = np.floor(across / rib_pitch)

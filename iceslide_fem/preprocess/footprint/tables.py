@@ -1,4 +1,4 @@
-"""Data of one's own for every module: maps of pressure, temperature, state; profiles of a line."""
+"""User data for every module: maps of pressure, temperature, state; profiles of a line."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from iceslide_fem.runtime.tables.text import LARGEST_MAP, read_text
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 
 LARGEST = 4e7  # values of a map
-EVEN = 1e-3  # of dx, by which the x of a profile may miss an even grid
+EVEN = 1e-3  # of dx: tolerance of an even grid of a profile
 COLDEST, WARMEST = -100.0, 100.0  # degC
 COLUMNS = (
     Wanted("x", "m"),
@@ -58,8 +58,10 @@ class Profile(NamedTuple):
 
 
 class GivenMap(NamedTuple):
-    """A map (ny, nx) of a file, its first row on top. unit: that in which it is written; size:
-    (length, width) in m if the file says so; notes: what was done with it, sentences.
+    """A map (ny, nx) of a file, first row on top.
+
+    unit: in the file; size: (length, width) in m, if it is in the file; notes: sentences for the
+    user.
     """
 
     values: Array
@@ -71,7 +73,7 @@ class GivenMap(NamedTuple):
 def read_pressures(path: Path, unit: str | None = None, frame: int | None = None) -> GivenMap:
     """Pressures (Pa) of a map from a file; 0 where it has NaN.
 
-    unit: of values in files that do not say, else Pa; frame: of a file of several.
+    unit: of values in files without one, by default Pa; frame: number in a file of several.
     """
     given = _read_map(path, "--pressure-map", "Pa", unit, frame)
     values = np.nan_to_num(given.values, nan=0.0)
@@ -95,10 +97,10 @@ def read_states(path: Path) -> GivenMap:
 
 
 def read_profile(path: Path, unit: str | None = None) -> Profile:
-    """A profile from a table with the columns x_m, pressure_Pa, and perhaps temperature_C, state.
+    """A profile from a table with the columns x_m, pressure_Pa, optional temperature_C, state.
 
-    Headings may name other units; `unit` is that of a pressure whose heading names none. x is the
-    middle of each pixel, evenly spaced, in the direction of travel. Raises SceneError.
+    Headings may name other units; unit: of a pressure without one in its heading. x is the middle
+    of each pixel, evenly spaced, in the direction of travel. Raises SceneError.
     """
     table, given = _with_pressure_unit(read_table(path, "--line").filled(), unit)
     found = find_columns(table, COLUMNS, ("x", "pressure"))

@@ -1,4 +1,4 @@
-"""Ice that brings water to the leading edge of a footprint, whose voids then carry with it."""
+"""Wet ice at the leading edge of a footprint with load-bearing voids."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from iceslide_fem.scene.contact_table import ConstantContact, ContactTable
 
 
 class WetIce(NamedTuple):
-    """Water of a `height` (m) on the ice, and the length of the `lug` (m) that it flows out of."""
+    """Water of a `height` (m) on the ice, and the length of the `lug` (m) for outflow."""
 
     height: float
     lug: float
 
     def voids(self, contact_of: ContactTable | ConstantContact) -> Voids:
-        """Those between rubber and ice, of a table of k, D and H_V."""
-        assert isinstance(contact_of, ContactTable)  # options of wet ice have nothing else
+        """The voids between rubber and ice, from a table of k, D and H_V."""
+        assert isinstance(contact_of, ContactTable)  # wet ice allows tables only
         return Voids(contact_of, self.lug)
 
     def loads(
@@ -31,8 +31,9 @@ class WetIce(NamedTuple):
         contact_of: ContactTable | ConstantContact,
         viscosity: float,
     ) -> CarryingLoads:
-        """Loads of films under `pressure` (Pa, (n,)), all of which is contact, with water of this
-        `viscosity` (Pa s); touching: those where asperities bear all of it.
+        """Loads of films under `pressure` (Pa), (n,), in full contact, with `viscosity` (Pa s).
+
+        touching: loads if the asperities bear all of the pressure.
         """
         cover = np.ones_like(pressure)
         return CarryingLoads(self.voids(contact_of), touching, pressure, cover, viscosity)
@@ -40,5 +41,5 @@ class WetIce(NamedTuple):
     def borne(
         self, pressure: Array, water: Array, contact_of: ContactTable | ConstantContact
     ) -> Array:
-        """p_f (Pa) that `water` of these heights (m) bears of a `pressure` (Pa), of any shape."""
+        """Pressure p_f (Pa) on `water` (m) under a `pressure` (Pa), any shape."""
         return pressure - self.voids(contact_of).contact_pressure(pressure, water)

@@ -1,4 +1,4 @@
-"""What `iceslide roughness` is asked for: validated like a scene, by the names of its options."""
+"""Input of `iceslide roughness`, validated like a scene, by the names of its options."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.materials import YOUNGS_MODULUS
 from iceslide_fem.scene.units import Quantity
 
-# What two pixels of 17.5 um, the source's mesh, can show: the published table is of such waves.
+# Shortest wave on two pixels of 17.5 um, the source's mesh, as in the published table.
 SOURCE_WAVE = 35e-6
 PIXELS_PER_WAVE = 4.0
 
@@ -68,11 +68,11 @@ Length = Annotated[float, Quantity("m", "1 nm", "10 mm"), Number]
 class RoughnessCase(CommandOptions):
     """A surface, the rubber under it, and how it is pressed; SI units.
 
-    surface: a height map, or a `surface.toml` that generates `realisations` of one. pixel,
-    height_unit (m): of a map that does not say. compound, modulus (Young's, Pa, incompressible)
-    or scene: the rubber. shortest_wave: shorter waves of the surface are removed, m. ages: s after
-    a load was put on and held, rising; prony: arms or the file that has them, of rubber whose
-    modulus is that of `modulus_is`; wlf: C1, C2 and the reference of their times; temperature: K.
+    surface: a height map, or a `surface.toml` that generates `realisations` of a surface. pixel,
+    height_unit: of a map without them, m. compound, modulus (Young's, Pa, incompressible) or scene:
+    the rubber. shortest_wave: shorter waves of the surface are removed, m. ages: times after
+    loading, s, ascending; prony: arms or their file; modulus_is: kind of the modulus; wlf: C1, C2
+    and reference of the arms' times; temperature: K.
     """
 
     model_config = ConfigDict(alias_generator=option_names("surface"))
@@ -131,5 +131,5 @@ class RoughnessCase(CommandOptions):
 
     @property
     def rising_ages(self) -> tuple[float, ...]:
-        """The ages, each once."""
+        """The ages, sorted, without duplicates."""
         return tuple(sorted(set(self.ages)))

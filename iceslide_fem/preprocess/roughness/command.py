@@ -1,4 +1,4 @@
-"""What `iceslide roughness` does: read or generate, press, write; and its figures on the screen."""
+"""Work of `iceslide roughness`: read or generate, press, write; and printed figures."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ def run(
     """Press the surface that `values` describe (see `RoughnessCase`) and write to `out`.
 
     Writes contact.csv (of several ages contact_5ms.csv and so on), surface.json, map.png,
-    contact.png, parameters.png and spectrum.png; returns the surveys, one for each age, and what
-    surface.json holds. The same surface's earlier results go, with `force` any other results, too.
-    Raises SceneError, before anything is written, if the input is
-    wrong or `out` is not to be written to, and OutputError if something cannot be written.
+    contact.png, parameters.png and spectrum.png; returns the surveys, one for each age, and the
+    content of surface.json. Earlier results of the same surface are replaced, with `force` any
+    results. Raises SceneError, before anything is written, if the input is invalid or `out` must
+    not be used, and OutputError if a file cannot be written.
     """
     begun = time.perf_counter()
     case = RoughnessCase.of(values)
@@ -45,7 +45,7 @@ def run(
 
 
 def table_name(result: Survey, results: Sequence[Survey]) -> str:
-    """The name of a result's table among others: by its age if there are several."""
+    """File name of a result's table, with its age if there are several."""
     if result.age is None or len(results) == 1:
         return "contact.csv"
     return f"contact_{1e3 * result.age:g}ms.csv"

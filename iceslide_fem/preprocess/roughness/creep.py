@@ -1,15 +1,14 @@
-"""A rough half-space of rubber that relaxes, under loads that are held: it creeps into contact.
+"""Creep of a rough viscoelastic half-space under constant loads.
 
-What the pressure p displaces is what an elastic half-space of the instantaneous modulus would be
-displaced by under
+The displacement under the pressure p equals that of an elastic half-space with the instantaneous
+modulus under
 
     P = integral of E_0 J dp,   p = P - sum g_i r_i,   tau_i dr_i/dt = P - r_i.       (1)
 
-P is taken to go on a straight line in a step; then each r_i is exact (`relaxation.prony.delayed`),
-p = a P - M with known a and M, and a step is an elastic contact of the compliance C / a and of
-heights from which C M / a has been subtracted. That is the scheme of tamaas's MaxwellViscoelastic
-(L. Frérot et al., J. Open Source Softw. 5 (2020) 2121) with another formula for the arms, of second
-order instead of backward Euler.
+P is linear in a step, so each r_i is exact (`relaxation.prony.delayed`) and p = a P - M with known
+a and M. A step is then an elastic contact with the compliance C / a and the heights minus C M / a.
+This is the scheme of tamaas's MaxwellViscoelastic (L. Frérot et al., J. Open Source Softw. 5 (2020)
+2121), with second-order arms instead of backward Euler.
 """
 
 from __future__ import annotations
@@ -24,9 +23,9 @@ from iceslide_fem.preprocess.roughness.waves import Waves
 from iceslide_fem.relaxation.prony import Prony, delayed, mean_response
 from iceslide_fem.runtime.arrays import Array
 
-# Of the mean of P, which is exactly p E_0 J(t) under a load that is held.
+# Error of the mean of P, which is exactly p E_0 J(t) under a constant load.
 STEP_TOLERANCE = 1e-3
-PER_DECADE = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 64)  # steps that are tried
+PER_DECADE = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 64)  # numbers of steps tried
 
 
 def hold(
@@ -39,12 +38,11 @@ def hold(
     tolerance: float = TOLERANCE,
     periodic: bool = True,
 ) -> Iterator[list[Contact]]:
-    """Press the surface with each mean pressure (Pa) at once, and hold it; contacts at the `ages`.
+    """Contacts at the `ages` after sudden loading by each mean pressure (Pa).
 
-    heights: m, (rows, columns), asperities up, periodic or else continued by their mirror images;
-    pixel: m; modulus: the instantaneous E* = E / (1 - nu^2), Pa; ages: s, rising, reduced to the
-    temperature of the arms' times. Iterations are all since the age before. Raises
-    SimulationStopped if an iteration does not converge.
+    heights: m, (rows, columns), asperities up, periodic or continued by mirror images; pixel: m;
+    modulus: instantaneous E* = E / (1 - nu^2), Pa; ages: reduced times, s, ascending. Iterations
+    count from the last age. Raises SimulationStopped if an iteration does not converge.
     """
     waves = Waves((heights.shape[0], heights.shape[1]), pixel, periodic)
     soft = compliance(waves, modulus)
@@ -66,7 +64,7 @@ def _held(
     ages: Sequence[float],
     tolerance: float,
 ) -> list[Contact]:
-    """Contacts at the ages, from that at the time 0."""
+    """Contacts at the ages, from the contact at time 0."""
     g = np.array(prony.fractions)
     p = equivalent = contact.pressure
     lagging = np.zeros((len(g), *heights.shape))
@@ -75,7 +73,7 @@ def _held(
         found, iterations = [contact], 0
     for before, now in pairwise(times):
         x = ((now - before) / np.array(prony.times))[:, None, None]
-        # What the arms are if P stays as it is; a change of P adds to it in proportion.
+        # Arms for constant P; a change of P adds a proportional part.
         lagging = delayed(lagging, equivalent, equivalent, x)
         reached = mean_response(x)
         part = 1.0 - float(g @ reached.ravel())
@@ -93,10 +91,10 @@ def _held(
 
 
 def steps(prony: Prony, ages: Sequence[float]) -> Array:
-    """Times (s) from 0 through all rising `ages`, in equal ratios after the first one.
+    """Times (s) from 0 through all ascending `ages`, in equal ratios after the first one.
 
-    The fewest for which P at the ages has the right mean: that obeys (1) with p = 1 without any
-    contact. Arms much faster than an age need no steps of their own.
+    Their number is the smallest with an accurate mean of P at the ages, which follows from (1) with
+    p = 1 without contact. Arms much faster than an age need no separate steps.
     """
     last = max(ages)
     if last == 0.0:
@@ -118,7 +116,7 @@ def steps(prony: Prony, ages: Sequence[float]) -> Array:
 
 
 def step_error(prony: Prony, times: Array, ages: Sequence[float]) -> float:
-    """Largest relative error at `ages` of the mean of P, in steps that end at `times` (s)."""
+    """Largest relative error of the mean of P at the `ages`, with steps that end at `times` (s)."""
     g, tau = np.array(prony.fractions), np.array(prony.times)
     P, lagging, found = 1.0, np.zeros_like(g), [1.0]
     for before, now in pairwise(times):

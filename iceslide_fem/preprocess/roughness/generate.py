@@ -23,14 +23,14 @@ Height = Annotated[float, Quantity("m", "1 nm", "10 mm")]
 Wave = Annotated[float, Quantity("m", "10 nm", "1 m")]
 
 SKEWNESS_ERROR = 0.02
-ROUNDS = 30  # of imposing heights and spectrum in turn
+ROUNDS = 30  # alternations of imposed heights and spectrum
 
 
 class SurfaceSpec(BaseModel):
-    """What a generated surface is like: a periodic square of `size` (m) with `pixels` a side.
+    """Parameters of a generated surface: a periodic square of `size` (m) with `pixels` per side.
 
-    Its spectrum is level up to the wave length `rolloff`, falls as q^(-2 (1 + hurst)) to
-    `shortest_wave`, and ends there; give its rms height or its rms slope. A negative skewness
+    The spectrum is constant down to the wave length `rolloff`, falls as q^(-2 (1 + hurst)) to
+    `shortest_wave`, and ends there. Either rms height or rms slope is given. A negative skewness
     means plateaus with deep valleys. The n-th realisation has the seed `seed` + n.
     """
 
@@ -72,7 +72,7 @@ def read_spec(path: Path) -> SurfaceSpec:
         data = tomllib.loads(text)
     except RecursionError:
         raise SceneError(f"{path} is nested too deeply") from None
-    except ValueError as error:  # of TOML, or a whole number of thousands of digits
+    except ValueError as error:  # invalid TOML, or an integer with thousands of digits
         raise SceneError(f"{path} is not valid TOML: {error}") from None
     try:
         return SurfaceSpec.model_validate(data)
@@ -83,11 +83,11 @@ def read_spec(path: Path) -> SurfaceSpec:
 
 
 def generate(spec: SurfaceSpec, realisation: int = 0) -> Surface:
-    """One realisation. Raises SceneError if its spectrum does not allow its skewness.
+    """One realisation. Raises SceneError if the spectrum does not allow the skewness.
 
-    Random phases give Gaussian heights. For others, heights of the wanted distribution (Pearson's
-    type III) and the wanted spectrum are imposed in turn, the spectrum last, so that no wave is
-    shorter than the cut-off; the distribution's skewness is raised until the surface has its own.
+    Random phases give Gaussian heights. For other heights, the distribution (Pearson's type III)
+    and the spectrum are imposed alternately, the spectrum last, so no wave is shorter than the
+    cut-off. The skewness of the distribution is increased until the surface has the required one.
     """
     amplitude = _amplitudes(spec)
     random = np.random.default_rng(spec.seed + realisation)
@@ -124,7 +124,7 @@ def _amplitudes(spec: SurfaceSpec) -> Array:
 
 
 def _with_spectrum(waves: NDArray[np.complex128], amplitude: Array, spec: SurfaceSpec) -> Array:
-    """Heights whose waves have these amplitudes, and the phases of `waves`."""
+    """Heights with these amplitudes and the phases of `waves`."""
     size = np.abs(waves)
     phase = np.divide(waves, size, out=np.ones_like(waves), where=size > 0.0)
     shape = (spec.pixels, spec.pixels)
@@ -132,7 +132,7 @@ def _with_spectrum(waves: NDArray[np.complex128], amplitude: Array, spec: Surfac
 
 
 def _shaped(start: Array, amplitude: Array, skewness: float, spec: SurfaceSpec) -> Array:
-    """`start` with the heights' order kept, their distribution of this skewness, the same waves."""
+    """`start` with heights of this skewness in the same order, and the same spectrum."""
     rank = (np.arange(start.size) + 0.5) / start.size
     shape = 4.0 / skewness**2
     wanted = np.sign(skewness) * gamma.ppf(rank if skewness > 0 else 1.0 - rank, shape)

@@ -1,8 +1,9 @@
 """A rough elastic half-space pressed on a rigid plane, without friction or adhesion.
 
-Periodic or mirrored, on a grid: displacements by FFT, pressures by bound-constrained conjugate
-gradients after Polonsky and Keer, Wear 231 (1999) 206-219. The directions are preconditioned with
-the stiffness of the half-space, restricted to the contact, which takes a quarter of the iterations.
+The surface is periodic or mirrored, on a grid. Displacements are computed by FFT, pressures by
+bound-constrained conjugate gradients (Polonsky and Keer, Wear 231 (1999) 206-219). The
+preconditioner is the stiffness of the half-space restricted to the contact; it reduces the
+iterations to a quarter.
 """
 
 from __future__ import annotations
@@ -24,8 +25,8 @@ MOST_ITERATIONS = 2000
 class Contact(NamedTuple):
     """A rough surface on a plane; arrays of the map's shape (rows, columns).
 
-    pressure: Pa, positive exactly where they touch; gap: m, zero there. error: what is left of
-    gap times pressure and of overlap, relative to the rms height.
+    pressure: Pa, positive exactly in contact; gap: m, zero in contact; error: residual of gap times
+    pressure and of overlap, over the rms height.
     """
 
     pressure: Array
@@ -37,8 +38,8 @@ class Contact(NamedTuple):
 def compliance(waves: Waves, modulus: float) -> Array:
     """Displacement over pressure of every wave: 2 / (E* |q|), m/Pa.
 
-    Johnson, *Contact Mechanics*, 1985, section 13.2. The mean displacement of a half-space has no
-    meaning; it is set to zero. `modulus`: E*, Pa.
+    Johnson, *Contact Mechanics*, 1985, section 13.2. The mean displacement of a half-space is
+    undefined, and set to zero. modulus: E*, Pa.
     """
     q = waves.q
     q[0, 0] = inf
@@ -53,11 +54,11 @@ def press(
     tolerance: float = TOLERANCE,
     periodic: bool = True,
 ) -> Iterator[Contact]:
-    """Press the surface on the plane with each mean pressure (Pa) in turn; ascending is quickest.
+    """Press the surface on the plane with each mean pressure (Pa); ascending ones are fastest.
 
-    heights: m, (rows, columns), asperities up, periodic or else continued by their mirror images;
-    pixel: m; modulus: E* = E / (1 - nu^2) of the rubber, Pa. Raises SimulationStopped if the
-    iteration does not converge.
+    heights: m, (rows, columns), asperities up, periodic or continued by mirror images; pixel: m;
+    modulus: E* = E / (1 - nu^2) of the rubber, Pa. Raises SimulationStopped if the iteration does
+    not converge.
     """
     waves = Waves((heights.shape[0], heights.shape[1]), pixel, periodic)
     soft = compliance(waves, modulus)
@@ -70,12 +71,12 @@ def press(
 
 
 def pressed(heights: Array, waves: Waves, soft: Array, p: Array, tolerance: float) -> Contact:
-    """Pressure and gap under the mean pressure of the start `p` (Pa); `soft`: see `compliance`.
+    """Pressure and gap at the mean pressure of the first guess `p` (Pa).
 
-    heights: m, of mean 0; arrays of the map's shape. Raises SimulationStopped, as `press`.
-
-    They minimise p.u/2 - p.h over p >= 0 with the given mean, where u is what p displaces. The
-    gradient, g = u - h less its mean over the contact, is the gap when it has vanished there.
+    soft: see `compliance`; heights: m, of mean 0; arrays have the map's shape. Raises
+    SimulationStopped, as `press`. The solution minimises p.u/2 - p.h over p >= 0 with the given
+    mean, with the displacement u of p. The gradient, g = u - h minus its mean over the contact, is
+    the gap at the solution.
     """
     mean, rms = float(p.mean()), float(np.sqrt(np.mean(heights**2)))
     if rms == 0.0:
@@ -99,7 +100,7 @@ def pressed(heights: Array, waves: Waves, soft: Array, p: Array, tolerance: floa
         preconditioned = waves.filtered(stiff, inside) * touching
         preconditioned -= preconditioned.sum() / count * touching
         size = float(np.vdot(inside, preconditioned))
-        # Polak and Ribiere's factor: it restarts by itself where the contact has changed.
+        # Polak and Ribiere's factor: it restarts automatically when the contact changes.
         step *= max(0.0, (size - float(np.vdot(before, preconditioned))) / last)
         step += preconditioned
         step *= touching
@@ -113,8 +114,8 @@ def pressed(heights: Array, waves: Waves, soft: Array, p: Array, tolerance: floa
         linear = moved.min() >= 0.0
         np.maximum(moved, 0.0, out=moved)
         if overlap > 0.0:
-            # They take what the contact's own change is, on the average, to its own gap; a single
-            # pixel has none.
+            # Pixels that come into contact get the mean ratio of change to gap; a single pixel has
+            # none.
             stiffness = float(stiff[stiff > 0.0].min())
             if slope:
                 stiffness = length * slope / float(np.vdot(inside, inside))

@@ -1,4 +1,4 @@
-"""A height map as a file has it: heights, sides of its pixels, and what was found in the file."""
+"""A height map of a file: heights, sides of its pixels, and notes on the file."""
 
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 
 SQUARE = 1e-3  # relative difference of a pixel's sides
-LONGEST = 10.0  # of its sides to each other, that is made square
-FAR = 100.0  # ranges of all other heights, by which a mark of missing ones lies outside
+LONGEST = 10.0  # largest ratio of sides that is resampled to squares
+FAR = 100.0  # distance of a missing-value mark from all other heights, in ranges of these
 
 
 class HeightMap(NamedTuple):
-    """heights: (rows, columns), m, NaN where one is missing; sides: of a pixel along x and y, m
-    (None where the file does not say); notes: what a person should know of them, sentences.
+    """heights: (rows, columns), m, NaN if missing; sides: of a pixel along x and y, m, or None.
+
+    notes: sentences for the user.
     """
 
     heights: Array
@@ -27,10 +28,10 @@ class HeightMap(NamedTuple):
 
 
 def squared(given: HeightMap, said: str) -> HeightMap:
-    """The map on square pixels: along its longer side cubic splines give heights between.
+    """The map on square pixels, by cubic splines along the longer side of a pixel.
 
-    A height beside a missing one is missing. Raises SceneError if a side is more than ten times
-    as long as the other.
+    A height beside a missing one becomes missing. Raises SceneError if a side is more than ten
+    times as long as the other.
     """
     assert given.sides is not None
     dx, dy = given.sides
@@ -59,7 +60,7 @@ def squared(given: HeightMap, said: str) -> HeightMap:
 
 
 def check_heights(heights: Array, said: str) -> None:
-    """Raise SceneError if heights are infinite, or none, or one of them marks missing ones."""
+    """Raise SceneError if heights are infinite, all missing, or contain a missing-value mark."""
     if np.isinf(heights).any() or not np.isfinite(heights).any():
         raise SceneError(f"{said} has heights that are infinite, or none at all")
     finite = heights[np.isfinite(heights)]

@@ -1,4 +1,4 @@
-"""Height maps in four formats of instruments, which no library reads rightly."""
+"""Height maps in four instrument formats that no library reads correctly."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _TRUEMAP = b"Binary TrueMap Data File v2.0"
 
 
 def _matrix(data: bytes, kind: str, rows: int, columns: int, start: int) -> NDArray[Any]:
-    """Numbers (rows, columns) from byte `start` on. Raises ValueError if they are cut off."""
+    """Numbers (rows, columns) from byte `start` on. Raises ValueError if truncated."""
     if start + rows * columns * np.dtype(kind).itemsize > len(data):
         raise ValueError("cut off")
     return np.frombuffer(data, kind, rows * columns, start).reshape(rows, columns)
@@ -60,12 +60,12 @@ def read_metropro(path: Path) -> HeightMap:
 
 
 def read_truemap(path: Path) -> HeightMap:
-    """The map in a .tmd file, whose lengths are in mm as GelSight, who write them, define it.
+    """The map in a .tmd file, with lengths in mm as GelSight defines them.
 
     Raises SceneError.
     """
     data = path.read_bytes()
-    end = data.find(b"\0", 32) + 1  # of the remark, which is of any length
+    end = data.find(b"\0", 32) + 1  # end of the comment of any length
     try:
         if not data.startswith(_TRUEMAP) or end < 33:
             raise ValueError

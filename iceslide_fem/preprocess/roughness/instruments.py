@@ -14,20 +14,20 @@ from iceslide_fem.preprocess.roughness.height_map import HeightMap
 from iceslide_fem.runtime.errors import SceneError
 
 _X3P_TYPES = {"I": "<i2", "L": "<i4", "F": "<f4", "D": "<f8"}
-# Formats of surfalize whose sizes and heights tests hold against files of known ones.
+# Formats of surfalize that tests verify with files of known size and heights.
 VERIFIED = {".al3d", ".gwy", ".opd", ".os3d", ".plux", ".sdf", ".sur", ".vk3", ".vk4"}
 VERIFIED |= {".vk6", ".vk7"}
-_OPD_BAD = 32766  # marks a missing height of 16 bits, as 32767 does (Gwyddion's wykofile.c)
-# By surfalize: some are read here, some it reads wrongly; of .nms and .tmd the sources contradict
-# each other on the unit.
+_OPD_BAD = 32766  # a missing 16-bit height, as is 32767 (Gwyddion's wykofile.c)
+# Formats not left to surfalize: read here, or read wrongly by it. For .nms and .tmd the sources
+# contradict each other on the unit.
 NOT_READ = {".xyz", ".sflz", ".x3p", ".dat", ".plu", ".tmd", ".zmg", ".nms"}
 
 
 def read_x3p(path: Path, unit: float | None) -> HeightMap:
     """The map in an X3P file (ISO 5436-2, ISO 25178-72): an archive of XML and binary heights.
 
-    Its members may be in a folder of the archive. unit: m, of files whose axes are not in metres
-    as the standard has it. Raises SceneError.
+    Its members may be in a folder of the archive. unit: of axes not in metres (as the standard
+    requires), m. Raises SceneError.
     """
     try:
         with zipfile.ZipFile(path) as archive:
@@ -63,9 +63,7 @@ def read_x3p(path: Path, unit: float | None) -> HeightMap:
 def _x3p_map(
     path: Path, root: ElementTree.Element, binary: dict[str, bytes]
 ) -> tuple[np.ndarray, tuple[float, float]]:
-    """Heights and sides of a pixel. Raises KeyError or ValueError where something is missing or
-    does not fit.
-    """
+    """Heights and sides of a pixel. Raises KeyError or ValueError for missing or invalid parts."""
 
     def text(place: str) -> str:
         if not (found := (root.findtext(place) or "").strip()):
@@ -97,7 +95,7 @@ def _x3p_map(
 
 
 def read_by_surfalize(path: Path) -> HeightMap:
-    """Any format that surfalize knows; it is not installed with this program. Raises SceneError."""
+    """Any format of surfalize, which is not installed with this program. Raises SceneError."""
     try:
         import surfalize
         from surfalize.file.common import FileHandler
@@ -115,7 +113,7 @@ def read_by_surfalize(path: Path) -> HeightMap:
     try:
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")
-            # It goes through all formats if that of the suffix fails, and says so in a warning.
+            # surfalize tries all formats if that of the suffix fails, with a warning.
             warnings.filterwarnings("error", "The file suffix indicates")
             found = surfalize.Surface.load(path)
             heights = 1e-6 * np.ma.filled(np.ma.asarray(found.data, dtype=float), np.nan)
@@ -123,7 +121,7 @@ def read_by_surfalize(path: Path) -> HeightMap:
                 wave = 1e-6 * found.metadata["Wavelength"] / found.metadata["Mult"]
                 heights[np.abs(heights) > (_OPD_BAD - 0.5) * abs(wave)] = np.nan
             sides = 1e-6 * float(found.step_x), 1e-6 * float(found.step_y)
-    except Exception as error:  # whatever a damaged file makes of a library
+    except Exception as error:  # a damaged file may raise anything
         said = " ".join(str(error).split()) or type(error).__name__
         raise SceneError(f"{path} cannot be read by surfalize as {suffix}: {said[:200]}") from None
     if heights.ndim != 2 or heights.size == 0:

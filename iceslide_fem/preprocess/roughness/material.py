@@ -1,4 +1,4 @@
-"""The rubber that is pressed: its modulus, and how it relaxes if a contact has an age."""
+"""The rubber: its modulus, and its relaxation if contacts have an age."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from iceslide_fem.scene.relaxation import series
 
 
 class Material(NamedTuple):
-    """name: for people; modulus: E* = E / (1 - nu^2), Pa, the instantaneous one where it relaxes.
+    """name: for output; modulus: E* = E / (1 - nu^2), Pa, instantaneous if viscoelastic.
 
-    prony: None of elastic rubber; stretched: a_T at the temperature that was asked for.
+    prony: None for elastic rubber; stretched: a_T at the requested temperature.
     """
 
     name: str
@@ -43,7 +43,7 @@ def material(case: RoughnessCase) -> Material:
 
 
 def _elastic(case: RoughnessCase, scene: Scene | None) -> tuple[str, float]:
-    """Name and E* (Pa), incompressible by default; of a scene's own series the instantaneous."""
+    """Name and E* (Pa), incompressible by default; instantaneous for a scene with a series."""
     if case.modulus is not None:
         return f"E = {case.modulus / 1e6:.4g} MPa", case.modulus / 0.75
     compound = case.compound or "B"
@@ -61,7 +61,7 @@ def _elastic(case: RoughnessCase, scene: Scene | None) -> tuple[str, float]:
 
 
 def _relaxation(case: RoughnessCase, scene: Scene | None) -> Relaxation:
-    """Arms and shift, of --prony or of the scene."""
+    """Arms and shift, from --prony or from the scene."""
     shift: Shift | NoShift = NoShift() if case.wlf is None else Shift(*case.wlf)
     if isinstance(case.prony, tuple):
         return Relaxation(series(case.prony), shift)
@@ -76,7 +76,7 @@ def _relaxation(case: RoughnessCase, scene: Scene | None) -> Relaxation:
 
 
 def _stretched(case: RoughnessCase, shift: Shift | NoShift) -> float:
-    """a_T, once the temperature that it needs is there."""
+    """a_T at the given temperature. Raises SceneError if it is missing or has no effect."""
     if isinstance(shift, NoShift):
         if case.temperature is not None:
             raise SceneError(

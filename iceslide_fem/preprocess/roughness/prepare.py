@@ -1,4 +1,4 @@
-"""The surfaces that are pressed: read or generated, level, without short waves or idle pixels."""
+"""Preparation of surfaces: read or generate, level, filter short waves, and coarsen."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ from iceslide_fem.preprocess.roughness.surface import (
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.machine import memory_of_machine
 
-PIXEL_ROUNDING = 1e-3  # of a pixel's side, in files that have it to few digits
-# On coarser pixels k and D change by more than on finer ones: docs/explanation/roughness.md, cost.
-THINNED_TO = 10.0  # pixels to the shortest wave that is kept of a map
-THINNED_AT_LEAST = 256  # pixels along the longer side of a map: takes a second or two
+PIXEL_ROUNDING = 1e-3  # of a pixel's side: rounding in files with few digits
+# Coarser pixels change k and D noticeably: docs/explanation/roughness.md, cost.
+THINNED_TO = 10.0  # pixels per shortest wave of a coarsened map
+THINNED_AT_LEAST = 256  # least pixels along the longer side; takes a second or two
 PROGRAM, PER_PIXEL = 0.2e9, 200.0  # bytes, measured by scripts.studies.map_cost
-PER_ARM = 32.0  # bytes more per pixel: a map of each arm, and three while a step is taken
+PER_ARM = 32.0  # additional bytes per pixel: a map per arm, and three during a step
 
 
 def prepared(
     case: RoughnessCase, arms: int = 0
 ) -> tuple[Iterator[Surface], float | None, dict[str, Any] | None]:
-    """Surfaces without waves below the cut-off, the cut-off (m), and figures of a measured map.
+    """Filtered surfaces, the cut-off (m), and figures of a measured map.
 
-    These are of the levelled map with all its waves. What is left of a map is pressed on coarser
-    pixels where its shortest wave allows it; by the definition of the source, which counts pixels,
-    it keeps them. `arms`: how many rubber has that relaxes. Raises SceneError if the surface cannot
-    be read or resolved, or takes more memory than there is.
+    The figures are those of the levelled map with all its waves. A filtered map is coarsened if its
+    shortest wave allows it, except under the source's definition, which counts pixels. arms: number
+    of arms of viscoelastic rubber. Raises SceneError if the surface cannot be read or resolved, or
+    if memory does not suffice.
     """
     wave = case.shortest_wave
     if case.surface.suffix.lower() == ".toml":
@@ -70,9 +70,7 @@ def prepared(
 
 
 def thinned_pixel(surface: Surface, wave: float) -> float:
-    """The longest pixel (m) that a shortest wave (m) needs, on small maps as much shorter as is
-    cheap: on them single patches count.
-    """
+    """The pixel (m) that resolves a shortest `wave` (m); finer on small maps with few patches."""
     return min(wave / THINNED_TO, max(surface.size) / THINNED_AT_LEAST)
 
 
@@ -92,7 +90,7 @@ def _check_resolution(definition: Definition, wave: float, pixel: float, size: f
 
 
 def _check_memory(pixels: int, arms: int) -> None:
-    """Raise SceneError if so many pixels cannot be pressed in the memory of this machine."""
+    """Raise SceneError if the memory of this machine is too small for this many pixels."""
     per_pixel = PER_PIXEL + (PER_ARM * (arms + 1) if arms else 0.0)
     needed, present = PROGRAM + per_pixel * pixels, memory_of_machine()
     if needed > present:

@@ -27,15 +27,15 @@ _INSTRUMENTS = {
     ".tmd": read_truemap,
     ".zmg": read_zeta,
 }
-IN_UNITS = {".npy", ".csv", ".txt", ".xyz", ".asc", ".x3p"}  # --height-unit is of these
+IN_UNITS = {".npy", ".csv", ".txt", ".xyz", ".asc", ".x3p"}  # formats with --height-unit
 
 
 def read_surface(path: Path, pixel: float | None, height_unit: float | None) -> Surface:
-    """A measured map as it is: tilted, perhaps with missing heights (NaN), not periodic.
+    """A measured map without processing: tilted, with missing heights (NaN), not periodic.
 
-    pixel: m, needed where the file does not give it; height_unit: m, of heights (and of x and y of
-    points, and of the axes of X3P) in files that do not say, else metres. Raises SceneError with
-    one sentence if it cannot be read.
+    pixel: m, required if it is not in the file; height_unit: of heights (and of x and y of points,
+    and of the axes of X3P) in files without a unit, m, by default metres. Raises SceneError if it
+    cannot be read.
     """
     if not is_regular(path):
         raise SceneError(f"SURFACE = {path} is not a file")
@@ -43,7 +43,7 @@ def read_surface(path: Path, pixel: float | None, height_unit: float | None) -> 
     if height_unit is not None and suffix not in IN_UNITS:
         raise SceneError(f"--height-unit has no meaning for {path}: its format says units itself")
     try:
-        with np.errstate(all="ignore"):  # what a damaged file makes infinite is said below
+        with np.errstate(all="ignore"):  # infinite values of a damaged file are reported below
             found = _read(path, suffix, height_unit)
     except OSError as error:
         raise SceneError(f"cannot read {path}: {error.strerror or error}") from None

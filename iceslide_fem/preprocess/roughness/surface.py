@@ -1,4 +1,4 @@
-"""A height map of rubber: what is done to a measured one, and the figures that describe it."""
+"""A height map of rubber: processing, and statistical figures."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ FEWEST_PIXELS = 16  # along either side
 class Surface:
     """Heights (m) on square pixels, rows along y, asperities up: away from the rubber.
 
-    pixel: m. A periodic surface continues at its opposite side, another one as its mirror image at
-    every side. measured: the longest distance of measured heights, m, where it is more than a
-    pixel. notes: what a person should know of the file that it is from, sentences.
+    pixel: m; periodic: else it is continued by its mirror image at every side; measured: largest
+    distance of measured heights, m, if it exceeds a pixel; notes: sentences on its file for the
+    user.
     """
 
     heights: Array
@@ -36,7 +36,7 @@ class Surface:
 
     @property
     def resolution(self) -> float:
-        """The distance of heights that no wave may have too few of, m."""
+        """The distance of measured heights, which limits the shortest wave, m."""
         return max(self.pixel, self.measured)
 
     @property
@@ -61,9 +61,9 @@ class Statistics(NamedTuple):
 
 
 class Spectrum(NamedTuple):
-    """Power spectrum of heights over the wave number |q|, mean over directions.
+    """Power spectrum of heights over the wave number |q|, averaged over directions.
 
-    q: rad/m; density: m^4, so that the mean square height is its integral over q dq / (2 pi).
+    q: rad/m; density: m^4. The mean square height is its integral over q dq / (2 pi).
     """
 
     q: Array
@@ -78,9 +78,9 @@ class SpectrumFit(NamedTuple):
 
 
 def levelled(surface: Surface) -> Surface:
-    """Without tilt, and with missing heights (NaN) filled.
+    """The surface without tilt, and with missing heights (NaN) filled.
 
-    Tilt is the plane of least squares; missing heights satisfy Laplace's equation. Raises
+    The tilt is the least-squares plane; missing heights satisfy Laplace's equation. Raises
     SceneError if more than a tenth is missing or the map is flat or too small.
     """
     z = surface.heights
@@ -104,7 +104,7 @@ def levelled(surface: Surface) -> Surface:
 
 
 def _plane(z: Array, missing: Mask) -> Array:
-    """The plane of least squares through the heights that are not missing."""
+    """The least-squares plane through the heights that are not missing."""
     there = ~missing
     y, x = (np.linspace(-1.0, 1.0, n) for n in z.shape)
     middle = float(np.mean(z, where=there))
@@ -119,7 +119,7 @@ def _plane(z: Array, missing: Mask) -> Array:
 
 
 def _filled(z: Array, missing: Mask) -> Array:
-    """`z` with missing heights that are the mean of their neighbours."""
+    """`z` with missing heights equal to the mean of their neighbours."""
     number = np.full(z.shape, -1)
     number[missing] = np.arange(np.count_nonzero(missing))
     rows, columns = np.nonzero(missing)
@@ -150,8 +150,8 @@ def low_passed(surface: Surface, shortest_wave: float) -> Surface:
 def coarsened(surface: Surface, pixel: float) -> Surface:
     """The surface on the coarsest grid of its sides whose pixels are no longer than `pixel` (m).
 
-    Its Fourier series ends where the new grid does: without shorter waves the surface is the same.
-    Where the numbers of pixels have no common divisor, the sides change to each other by 0.1 %.
+    The Fourier series is truncated to the new grid; without shorter waves the surface is unchanged.
+    If the numbers of pixels have no common divisor, the ratio of the sides changes by 0.1 %.
     """
     if pixel <= surface.pixel:
         return surface
@@ -173,7 +173,7 @@ def statistics(surface: Surface) -> Statistics:
 
 
 def spectrum(surface: Surface) -> Spectrum:
-    """Spectrum of a surface, averaged over rings one lowest wave number wide."""
+    """Spectrum of a surface, averaged over rings of the width of the lowest wave number."""
     waves = surface.waves
     power, q = waves.power(surface.heights - surface.heights.mean()), waves.q
     sides = surface.size if surface.periodic else (2.0 * surface.size[0], 2.0 * surface.size[1])
@@ -190,7 +190,7 @@ def spectrum(surface: Surface) -> Spectrum:
 
 
 def spectrum_fit(found: Spectrum, shortest_wave: float) -> SpectrumFit | None:
-    """Least squares of the logarithms over waves down to `shortest_wave` (m); None if too few."""
+    """Least-squares fit of logarithms for waves down to `shortest_wave` (m); None if too few."""
     use = (found.q <= 2.0 * np.pi / shortest_wave) & (found.density > 0.0)
     if np.count_nonzero(use) < 6:
         return None

@@ -1,4 +1,4 @@
-"""All realisations of a surface under all pressures: the table of contact parameters."""
+"""Contact parameters of all realisations of a surface under all pressures."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.materials import BAR
 
-STEEP = 0.6  # rms slope beyond which the half-space is not to be relied on
-# Rms slopes that a surface may have: from a hill of 6e-4 degrees to a cliff of 84 at every place.
+STEEP = 0.6  # rms slope above which the half-space is inaccurate
+# Allowed rms slopes: from 6e-4 degrees to 84 degrees.
 FLATTEST, STEEPEST = 1e-5, 10.0
 NEARLY_FULL = 0.9  # fraction of contact
 COLUMNS = (
@@ -38,12 +38,12 @@ COLUMNS = (
 
 
 class Survey(NamedTuple):
-    """What was found. found: (realisations, pressures, `Parameters`); shown: some contacts.
+    """Results of a survey. found: (realisations, pressures, `Parameters`).
 
-    surface: the first realisation as it was pressed; statistics: of every realisation; cut_off:
-    its shortest wave, m (None: all that the pixels show); shown: number of the pressure -> Contact;
-    iterations and error: of all ages; measured: figures of a map before its short waves are
-    removed; age: s after the load was put on, None of elastic rubber.
+    surface: first realisation as pressed; statistics: of every realisation; cut_off: shortest wave,
+    m (None: limited by the pixels); shown: index of the pressure -> Contact; iterations, error: of
+    all ages; measured: figures of a map before filtering; age: time after loading, s, None for
+    elastic rubber.
     """
 
     case: RoughnessCase
@@ -72,15 +72,15 @@ class Survey(NamedTuple):
 
 
 def survey(case: RoughnessCase) -> Survey:
-    """`surveys` of one age, or of elastic rubber."""
+    """The single survey of one age, or of elastic rubber."""
     (result,) = surveys(case)
     return result
 
 
 def surveys(case: RoughnessCase) -> list[Survey]:
-    """Press all realisations; one result for each age, one alone of elastic rubber.
+    """Press all realisations; one result for each age, a single one for elastic rubber.
 
-    Raises SceneError if the surface cannot be read or resolved, or the rubber is not whole.
+    Raises SceneError if the surface cannot be read or resolved, or the rubber is incomplete.
     """
     rubber = material(case)
     ages: list[float | None] = [*case.rising_ages] or [None]
@@ -104,7 +104,7 @@ def surveys(case: RoughnessCase) -> list[Survey]:
                     at[number] = contact
         first = first or surface
         found.append(rows)
-    assert first is not None  # there is one realisation at least
+    assert first is not None  # there is at least one realisation
     values = np.array(found)  # (realisations, pressures, ages, `Parameters`)
     return [
         Survey(
@@ -133,7 +133,7 @@ def _contacts(surface: Surface, modulus: float, pressures: Sequence[float]) -> I
 
 
 def _aged(surface: Surface, rubber: Material, case: RoughnessCase) -> Iterator[list[Contact]]:
-    """Contacts under each pressure, one for each age, or one alone of elastic rubber."""
+    """Contacts under each pressure, one for each age, or a single one for elastic rubber."""
     if rubber.prony is None:
         for contact in _contacts(surface, rubber.modulus, case.pressures):
             yield [contact]
@@ -146,7 +146,7 @@ def _aged(surface: Surface, rubber: Material, case: RoughnessCase) -> Iterator[l
 
 
 def _check_slope(case: RoughnessCase, figures: Statistics) -> None:
-    """Raise SceneError for slopes that no surface has: heights in another unit than was said."""
+    """Raise SceneError for implausible slopes, which mean a wrong unit of heights."""
     if not FLATTEST <= figures.rms_slope <= STEEPEST and figures.rms_height > 0.0:
         raise SceneError(
             f"{case.surface} has an rms height of {1e6 * figures.rms_height:.3g} um and an rms "
@@ -178,7 +178,7 @@ def table(result: Survey) -> str:
 
 
 def summary(result: Survey) -> dict[str, Any]:
-    """Everything about the surface, for surface.json; SI units as in the names."""
+    """All data of the surface for surface.json; SI units as in the names."""
     case, surface = result.case, result.surface
     figures = np.array(result.statistics)
     fit = spectrum_fit(spectrum(surface), result.cut_off or 2.0 * surface.pixel)
@@ -211,7 +211,7 @@ def summary(result: Survey) -> dict[str, Any]:
 
 
 def warnings(result: Survey) -> list[str]:
-    """What a person should know before using the table; one sentence each."""
+    """Warnings on the use of the table."""
     slope = max(each.rms_slope for each in result.statistics)
     found = [f"{result.case.surface.name}: {note}" for note in result.surface.notes]
     if slope > STEEP:

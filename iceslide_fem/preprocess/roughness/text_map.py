@@ -1,4 +1,4 @@
-"""Height maps as text: a matrix, points x, y, z, or an Esri grid; and what their headers say."""
+"""Height maps as text: a matrix, points x, y, z, or an Esri grid; with their headers."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _UNIT_OF_KEY = re.compile(r"(.*?)\s*[\[(]\s*(.+?)\s*[\])]")
 _HEIGHTS = re.compile(
     r"heights?|höhe|topograph\w*|values?|\bz\b|data|valor\w*|hodnot|einheiten|unités", re.IGNORECASE
 )
-# "Width" and "Height" in the languages in which Gwyddion writes them.
+# "Width" and "Height" in Gwyddion's languages.
 _WIDTHS = ("width", "breite", "largeur", "larghezza", "anchura", "largura", "šířka")
 _TALLS = ("height", "höhe", "hauteur", "altezza", "altura", "výška")
 _UNIT_OF_SIDES = re.compile(r"\s*xy?[\s_-]*units?\s*[:=]\s*(\S+)\s*", re.IGNORECASE)
@@ -40,7 +40,7 @@ _ESRI = re.compile(
 
 
 def read_text_map(path: Path, unit: float | None) -> HeightMap:
-    """The map in a text file. unit: m, of heights that do not say, else 1 m. Raises SceneError."""
+    """The map in a text file. unit: of heights without one, m, by default 1. Raises SceneError."""
     text = read_text(path, "the map", LARGEST_MAP)
     if re.match(r"\s*(ncols|nrows)[ \t]+[0-9]", text, re.IGNORECASE):
         return _esri(text, str(path), unit)
@@ -64,7 +64,7 @@ def read_text_map(path: Path, unit: float | None) -> HeightMap:
 def _height_unit(
     named: Sequence[str], said: str, option: float | None
 ) -> tuple[float, tuple[str, ...]]:
-    """The unit of heights (m): that which the file has named, else the option, else 1 m; a note.
+    """The unit of heights (m): of the file, else the option, else 1 m; and a note.
 
     Raises SceneError if they differ.
     """
@@ -83,7 +83,7 @@ def _height_unit(
 
 
 def _sides(lines: Sequence[str], shape: tuple[int, ...]) -> tuple[float, float] | None:
-    """Sides of a pixel (m) that a header gives; None if it gives none."""
+    """Sides of a pixel (m) from a header; None without them."""
     sides: list[float | None] = [None, None]
     common = next((m[1] for line in lines if (m := _UNIT_OF_SIDES.fullmatch(line))), "")
     for line in lines:
@@ -115,7 +115,7 @@ def _sides(lines: Sequence[str], shape: tuple[int, ...]) -> tuple[float, float] 
 
 
 def _point_columns(table: TextTable) -> tuple[int, int, int] | None:
-    """Columns of x, y, z if a table is of points: by their names, or three of many rows."""
+    """Columns of x, y, z of a table of points, by name or as three columns of many rows."""
     names = [re.sub(r"[\s_\[(/].*", "", name).casefold() for name in table.heading]
     if all(names.count(name) == 1 for name in "xyz"):
         x, y, z = (names.index(name) for name in "xyz")
@@ -126,7 +126,7 @@ def _point_columns(table: TextTable) -> tuple[int, int, int] | None:
 
 
 def _points(table: TextTable, places: tuple[int, int, int], option: float | None) -> HeightMap:
-    """A map from points x, y, z on a regular grid; places without a point are missing."""
+    """A map from points x, y, z on a regular grid; positions without a point are missing."""
     named = [column_unit(table, i, "m") for i in places]
     given = [named[2]] if named[2] is not None else units_named(table.above, "m")
     z_unit, notes = _height_unit(given, table.said, option)
@@ -155,7 +155,7 @@ def _points(table: TextTable, places: tuple[int, int, int], option: float | None
 
 
 def _places(said: str, values: Array, name: str) -> tuple[np.ndarray, float]:
-    """Number of each value on a regular grid, and the grid's distance."""
+    """Index of each value on a regular grid, and the grid's spacing."""
     levels = np.unique(values)
     extent = levels[-1] - levels[0]
     levels = levels[np.concatenate([[True], np.diff(levels) > 1e-6 * extent])]
@@ -163,7 +163,7 @@ def _places(said: str, values: Array, name: str) -> tuple[np.ndarray, float]:
         raise SceneError(f"{said}: all points have the same {name}")
     distance = float(np.median(np.diff(levels)))
     count = round(extent / distance)
-    step = extent / count  # rounded places average out over the whole grid
+    step = extent / count  # rounding averages out over the whole grid
     number_ = np.rint((values - levels[0]) / step).astype(int)
     if np.abs((values - levels[0]) / step - number_).max() > 0.1:
         raise SceneError(f"{said}: its points do not lie on a regular grid")
@@ -171,7 +171,7 @@ def _places(said: str, values: Array, name: str) -> tuple[np.ndarray, float]:
 
 
 def _esri(text: str, said: str, unit: float | None) -> HeightMap:
-    """An Esri ASCII grid: lengths and heights in one unit, its first row on top."""
+    """An Esri ASCII grid: lengths and heights in one unit, first row on top."""
     lines = text.splitlines()
     head: dict[str, float] = {}
     while lines and (match := _ESRI.match(lines[0])) is not None:

@@ -1,4 +1,4 @@
-"""Fourier series of fields on a map that is periodic, or continued by its mirror images."""
+"""Fourier series of fields on a map that is periodic, or continued by mirror images."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ Amplitudes = NDArray[np.inexact[Any]]
 class Waves:
     """The waves of a grid of `shape` (rows, columns) with pixels of side `pixel` (m).
 
-    A map that is not periodic is continued by its mirror image at every side. Its series is of
-    cosines alone (the discrete cosine transform of type II), which is that of the periodic map of
-    twice its sides without storing or transforming the other three quarters.
+    A map that is not periodic is continued by its mirror image at every side. It has a cosine
+    series (discrete cosine transform of type II). This equals the series of the periodic map of
+    twice its sides, without storing the other three quarters.
 
-    q_x, q_y: wave numbers along x and y (rad/m), to be broadcast; count: how many waves of the
-    complex series each amplitude stands for.
+    q_x, q_y: wave numbers along x and y (rad/m), broadcastable; count: number of waves of the
+    complex series per amplitude.
     """
 
     def __init__(self, shape: tuple[int, int], pixel: float = 1.0, periodic: bool = True) -> None:
@@ -51,7 +51,7 @@ class Waves:
         return np.asarray(transform(field, norm="forward"))
 
     def field(self, amplitudes: Amplitudes) -> Array:
-        """The field that has these amplitudes, which are overwritten."""
+        """The field with these amplitudes, which are overwritten."""
         if self.periodic:
             return np.asarray(irfft2(amplitudes, self.shape, norm="forward", overwrite_x=True))
         return np.asarray(idctn(amplitudes, norm="forward", overwrite_x=True))
@@ -65,7 +65,7 @@ class Waves:
         return self.field(np.asarray(factors * self.amplitudes(field)))
 
     def resampled(self, field: Array, other: Waves) -> Array:
-        """The field on a coarser grid of the same sides; what that one cannot show is left out."""
+        """The field on a coarser grid of the same sides, without unresolved waves."""
         amplitudes = self.amplitudes(field)
         rows, columns = other.count.shape
         if self.periodic:
@@ -76,10 +76,10 @@ class Waves:
 
 
 def coarsest(shape: tuple[int, int], fewest: int, square: float) -> tuple[int, int]:
-    """The grid of least cost with `fewest` pixels or more along its longer side.
+    """The grid of least cost with at least `fewest` pixels along its longer side.
 
-    Its numbers of pixels are to each other as those of `shape`, up to a relative difference of
-    `square`; without such a grid it is `shape` itself.
+    Its aspect ratio is that of `shape` within a relative difference `square`; without such a grid
+    it is `shape` itself.
     """
     ratio = min(shape) / max(shape)
     grids = [(long, max(1, round(ratio * long))) for long in range(fewest, max(shape))]
@@ -89,6 +89,6 @@ def coarsest(shape: tuple[int, int], fewest: int, square: float) -> tuple[int, i
 
 
 def _cost(grid: tuple[int, int]) -> float:
-    """Of the transforms, in pixels: lengths with large prime factors take about twice as long."""
+    """Cost of the transforms, in pixels; large prime factors double it."""
     fast = all(next_fast_len(n) == n for n in grid)
     return grid[0] * grid[1] * (1.0 if fast else 2.0)

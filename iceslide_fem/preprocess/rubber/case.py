@@ -1,4 +1,4 @@
-"""What `iceslide rubber` is asked for: validated like a scene, by the names of its options."""
+"""Input of `iceslide rubber`, validated like a scene, by the names of its options."""
 
 from __future__ import annotations
 
@@ -17,12 +17,11 @@ OF_A_TABLE = ("kind", "reference", "wlf", "arrhenius_below", "modulus_is")
 
 
 class RubberCase(CommandOptions):
-    """A DMA table, or a scene (.toml), and what is asked of it; SI units.
+    """A DMA table, or a scene (.toml), with options; SI units.
 
-    kind: whether the table is of Young's (E) or the shear modulus (G). reference: temperature of
-    the master curve; wlf: C1, C2 and its own reference; arrhenius_below: a temperature, K.
-    modulus_is: which modulus C10 is to be. rates (1/s) and temperatures (K): of curves of stress
-    over strain.
+    kind: Young's (E) or shear modulus (G) in the table; reference: temperature of the master curve,
+    K; wlf: C1, C2 and its reference; arrhenius_below: K; modulus_is: kind of modulus of the written
+    C10; rates (1/s), temperatures (K): of stress-strain curves.
     """
 
     model_config = ConfigDict(alias_generator=option_names("source"))
@@ -58,5 +57,5 @@ class RubberCase(CommandOptions):
 
     @property
     def shift(self) -> Shift | None:
-        """The WLF shift that was given."""
+        """The given WLF shift, or None."""
         return None if self.wlf is None else Shift(*self.wlf)

@@ -1,4 +1,4 @@
-"""What `iceslide rubber` does: read, fit, write; and its figures on the screen."""
+"""Work of `iceslide rubber`: read, fit, write; and printed figures."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ WRITTEN = (
 def run(values: Mapping[str, Any], out: Path, force: bool = False) -> dict[str, Any]:
     """Characterise the rubber that `values` describe (see `RubberCase`), and write to `out`.
 
-    Writes what `WRITTEN` names and returns what rubber.json holds. The same rubber's earlier
-    results go, with `force` any other results, too. Raises SceneError, before anything is written,
-    if the input is wrong or `out` is not to be written to, and OutputError if something cannot be
+    Writes the files in `WRITTEN` and returns the content of rubber.json. Earlier results of the
+    same rubber are replaced, with `force` any results. Raises SceneError, before anything is
+    written, if the input is invalid or `out` must not be used, and OutputError if a file cannot be
     written.
     """
     begun = time.perf_counter()

@@ -1,4 +1,4 @@
-"""The rubber that is shown: of a DMA table, or of a scene."""
+"""The rubber of a DMA table or of a scene."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ SAID = "the DMA table"
 # Pa; 14 rubbers are within 35 % of it: J. Burns, P. S. Dubbelday, R. Y. Ting, J. Polym. Sci. B 28
 # (1990) 1187.
 BULK_MODULUS = 2.9e9
-SHOWN = (253.15, 273.15, 293.15)  # K, where no temperatures are asked for
+SHOWN = (253.15, 273.15, 293.15)  # K, default temperatures
 UNITS = {"compound": "", "C10": "Pa", "C01": "Pa", "D1": "1/Pa", "nu": ""}
-DECADES = 4.0  # that a scene's series is shown beyond its arms
+DECADES = 4.0  # range beyond the arms in which a scene's series is shown
 
 
 @dataclass(frozen=True)
 class Compound:
-    """Rubber that relaxes.
+    """A viscoelastic compound.
 
-    name: for titles; modulus: instantaneous, Pa, of Young's (E) or the shear modulus (G), as `of`
-    says; constants: the instantaneous ones; keys: those of a scene's `[rubber]` that say so, with
-    remarks on them; measured: of a DMA table.
+    name: for titles; modulus: instantaneous, Pa; of: its kind, Young's (E) or shear modulus (G);
+    constants: instantaneous; keys: of a scene's `[rubber]`, with comments; measured: data of a DMA
+    table, or None.
     """
 
     name: str
@@ -47,13 +47,13 @@ class Compound:
 
     @property
     def reference(self) -> float | None:
-        """Temperature (K) that the arms' times are of; None where times do not shift."""
+        """Reference temperature (K) of the arms' times; None if times do not shift."""
         shift = self.relaxation.shift
         return shift.reference if isinstance(shift, Shift) else None
 
     @property
     def frequencies(self) -> tuple[float, float]:
-        """The lowest and highest angular frequency (rad/s), reduced, that it is known at."""
+        """Range of known reduced angular frequencies (rad/s)."""
         if self.measured is not None:
             reduced = self.measured.reduced
             return float(reduced.min()), float(reduced.max())
@@ -62,7 +62,7 @@ class Compound:
 
     @property
     def isotherms(self) -> Array:
-        """Temperatures (K) that were measured; none of a scene."""
+        """Measured temperatures (K); empty for a scene."""
         return np.array([]) if self.measured is None else self.measured.dma.isotherms
 
 
@@ -79,7 +79,7 @@ def compound(case: RubberCase) -> Compound:
 
 
 def temperatures(case: RubberCase, found: Compound) -> list[float]:
-    """Temperatures (K) of curves of stress over strain."""
+    """Temperatures (K) of stress-strain curves."""
     shift = found.relaxation.shift
     if isinstance(shift, NoShift):
         return [float(found.isotherms[0])] if found.isotherms.size else list(SHOWN[-1:])
@@ -139,7 +139,7 @@ def _of_scene(case: RubberCase) -> Compound:
     said = f"rubber.dma {rubber.dma}"
     table = read_dma(rubber.dma, "rubber.dma")
     measured = characterised(table, said, None if rubber.wlf is None else rubber.wlf.shift)
-    # The table gives ratios: its moduli are brought to those of the constants.
+    # The table gives ratios, so its moduli are scaled to the constants.
     ratio = now.youngs_modulus / measured.instantaneous
     scaled = replace(table, of="E", storage=ratio * table.storage, loss=ratio * table.loss)
     return replace(found, measured=replace(measured, dma=scaled, instantaneous=now.youngs_modulus))

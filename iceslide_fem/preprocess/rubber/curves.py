@@ -1,4 +1,4 @@
-"""Stress over strain of rubber that relaxes, at a constant rate: isochoric, at finite strain.
+"""Stress-strain curves of viscoelastic rubber at a constant rate: isochoric, finite strain.
 
     S = S_e - sum g_i r_i,   tau_i dr_i/dt = S_e - r_i                                      (1)
 
@@ -22,13 +22,13 @@ Path = Callable[[float], Array]  # from the strain to the deformation gradient (
 
 
 def uniaxial(strain: float) -> Array:
-    """F of an incompressible bar that is longer by `strain`."""
+    """F of an incompressible bar at a uniaxial `strain`."""
     stretch = 1.0 + strain
     return np.diag([stretch, stretch**-0.5, stretch**-0.5])
 
 
 def simple_shear(strain: float) -> Array:
-    """F of planes that slide over each other along x."""
+    """F of simple shear along x."""
     result = np.eye(3)
     result[0, 1] = strain
     return result
@@ -37,10 +37,10 @@ def simple_shear(strain: float) -> Array:
 def stresses(
     constants: MooneyRivlin, prony: Prony, path: Path, strains: Array, times: Array
 ) -> Array:
-    """Cauchy stress (Pa) less its unknown pressure, (strains, 3, 3), at the ends of straight steps.
+    """Cauchy stress (Pa) without the unknown pressure, (strains, 3, 3), at ends of linear steps.
 
-    strains and times (s, reduced): (strains,); both are 0 before the first, which a first time of 0
-    makes a jump.
+    strains, times (reduced, s): (strains,). Both are 0 before the first entry; a first time of 0
+    means a jump.
     """
     g, tau = np.array(prony.fractions)[:, None, None], np.array(prony.times)[:, None, None]
     lagging = np.zeros((len(g), 3, 3))
@@ -59,7 +59,7 @@ def at_rate(
 ) -> tuple[Array, Array]:
     """Strains up to the `largest` (from 0), and the stress (Pa) at a reduced `rate` (1/s).
 
-    Nominal stress of the bar whose sides are free, sigma_12 in shear.
+    It is the nominal stress of a bar with free sides, or sigma_12 in shear.
     """
     strains = np.linspace(0.0, largest, STEPS + 1)[1:]
     found = stresses(constants, prony, path, strains, strains / rate)

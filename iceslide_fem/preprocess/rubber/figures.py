@@ -1,4 +1,4 @@
-"""Pictures of rubber that relaxes: master curve, shifts, moduli at 1 Hz and over time, stress."""
+"""Pictures of viscoelastic rubber: master curve, shifts, moduli at 1 Hz and over time, stress."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from iceslide_fem.runtime.units import ZERO_CELSIUS
 
 DPI = 120
 LARGEST_STRAIN = 0.5
-APART = 20.0  # largest over smallest stress beyond which the axis is logarithmic
-AROUND = 60.0  # K, about the reference, that a scene's rubber is shown
+APART = 20.0  # ratio of largest to smallest stress above which the axis is logarithmic
+AROUND = 60.0  # K, shown range around the reference of a scene's rubber
 LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1)), (0, (1, 3)))
 NAMES = ("master_curve", "shift_factors", "temperature", "relaxation", "stress")
 
@@ -39,14 +39,14 @@ def _celsius(temperature: float) -> str:
 
 
 def _at(found: Compound) -> str:
-    """At which temperature frequencies and times of a master curve are."""
+    """Reference temperature of a master curve, in words."""
     if found.reference is not None:
         return f" at {_celsius(found.reference)}"
     return f" at {_celsius(found.isotherms[0])}" if found.isotherms.size else ""
 
 
 def master_curve(found: Compound) -> Figure:
-    """Moduli and tan delta over the reduced frequency: measured, and of the series."""
+    """Moduli and tan delta over the reduced frequency: measurement and series."""
     figure = Figure(figsize=(10, 4.4), layout="constrained")
     left, right = figure.subplots(1, 2)
     low, high = found.frequencies
@@ -90,7 +90,7 @@ def _title(found: Compound) -> str:
 
 
 def shift_factors(found: Compound) -> Figure:
-    """log10 a_T over the temperature, of isotherms on their own and of the law."""
+    """log10 a_T over temperature, of single isotherms and of the law."""
     figure = Figure(figsize=(6.5, 4.4), layout="constrained")
     axes = figure.subplots()
     shift, T = found.relaxation.shift, found.isotherms
@@ -132,7 +132,7 @@ def shift_factors(found: Compound) -> Figure:
 
 
 def span(found: Compound, shift: Shift) -> tuple[float, float]:
-    """Temperatures (K) to draw between."""
+    """Range of drawn temperatures (K)."""
     T = found.isotherms
     if T.size:
         return float(T.min()), float(T.max())
@@ -140,7 +140,7 @@ def span(found: Compound, shift: Shift) -> tuple[float, float]:
 
 
 def over_temperature(found: Compound) -> Figure:
-    """Moduli and tan delta at 1 Hz over the temperature."""
+    """Moduli and tan delta at 1 Hz over temperature."""
     figure = Figure(figsize=(6.5, 4.4), layout="constrained")
     axes = figure.subplots()
     shift = found.relaxation.shift
@@ -171,7 +171,7 @@ def over_temperature(found: Compound) -> Figure:
 
 
 def over_time(case: RubberCase, found: Compound) -> Figure:
-    """The relaxation modulus over the times that are known, at some temperatures."""
+    """The relaxation modulus over the known times, at some temperatures."""
     figure = Figure(figsize=(6.5, 4.4), layout="constrained")
     axes = figure.subplots()
     low, high = found.frequencies
@@ -199,7 +199,7 @@ def over_time(case: RubberCase, found: Compound) -> Figure:
 
 
 def stress(case: RubberCase, found: Compound) -> Figure:
-    """Stress over strain of a bar and in simple shear, by rate and temperature."""
+    """Stress-strain curves of a bar and of simple shear, by rate and temperature."""
     figure = Figure(figsize=(10, 4.4), layout="constrained")
     shown, prony = temperatures(case, found), found.relaxation.prony
     panels = figure.subplots(1, 2)
@@ -223,7 +223,7 @@ def stress(case: RubberCase, found: Compound) -> Figure:
 
 
 def _readable(axes: Axes) -> None:
-    """Logarithmic stresses where curves would otherwise lie on the axis."""
+    """Logarithmic axis if curves would otherwise lie on the axis."""
     ends = [float(np.asarray(line.get_ydata())[-1]) for line in axes.get_lines()]
     if max(ends) > APART * min(ends):
         axes.set_yscale("log")
@@ -231,7 +231,7 @@ def _readable(axes: Axes) -> None:
 
 
 def _colours(number: int) -> Sequence[tuple[float, ...]]:
-    """From cold to warm."""
+    """Colours from cold to warm."""
     return [matplotlib.colormaps["plasma"](0.85 * x) for x in _spread(number)]
 
 

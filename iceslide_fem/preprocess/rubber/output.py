@@ -1,4 +1,4 @@
-"""What `iceslide rubber` writes as text: a `[rubber]` table for scenes, tables, a summary."""
+"""Text output of `iceslide rubber`: a `[rubber]` table for scenes, tables, a summary."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from iceslide_fem.relaxation.shift import Shift
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 
 PER_DECADE = 10  # rows of the relaxation
-UNSEEN = 0.05  # of a modulus that may lie beyond the measured frequencies without a remark
+UNSEEN = 0.05  # fraction of a modulus beyond the measured frequencies that gives a warning
 
 
 def fragment(found: Compound) -> str:
-    """The text of rubber.toml: its `[rubber]` says how the compound relaxes."""
+    """The text of rubber.toml with a viscoelastic `[rubber]`."""
     g, tau = found.relaxation.prony.fractions, found.relaxation.prony.times
     reference = found.reference
     lines = [
@@ -53,7 +53,7 @@ def _wlf(shift: Shift) -> str:
 
 
 def relaxation_table(found: Compound) -> str:
-    """The text of rubber.csv: moduli over time, and dynamic ones at the inverse frequency."""
+    """The text of rubber.csv: moduli over time, and dynamic moduli at the inverse frequency."""
     low, high = found.frequencies
     rows = 1 + round(PER_DECADE * float(np.log10(high / low)))
     times = np.geomspace(1.0 / high, 1.0 / low, rows)
@@ -66,7 +66,7 @@ def relaxation_table(found: Compound) -> str:
 
 
 def shift_table(found: Compound) -> str:
-    """The text of shift_factors.csv; of a scene, over the temperatures that it has a shift for."""
+    """The text of shift_factors.csv; for a scene over the temperatures of its shift."""
     shift, measured = found.relaxation.shift, found.measured
     temperatures = found.isotherms
     if measured is None:
@@ -88,7 +88,7 @@ def _csv(head: tuple[str, ...], values: Any) -> str:
 
 
 def summary(case: RubberCase, found: Compound) -> dict[str, Any]:
-    """Everything about the rubber, for rubber.json; SI units as in the names."""
+    """All data of the rubber for rubber.json; SI units as in the names."""
     prony, shift, measured = found.relaxation.prony, found.relaxation.shift, found.measured
     low, high = found.frequencies
     result: dict[str, Any] = {
@@ -128,7 +128,7 @@ def summary(case: RubberCase, found: Compound) -> dict[str, Any]:
 
 
 def warnings(found: Compound) -> list[str]:
-    """What a person should know before using the series; one sentence each."""
+    """Warnings on the use of the series."""
     measured, prony = found.measured, found.relaxation.prony
     if measured is None:
         return []
@@ -139,10 +139,10 @@ def warnings(found: Compound) -> list[str]:
     if fast > UNSEEN:
         result.append(
             f"{100 * fast:.0f} % of the instantaneous modulus relax faster than the highest "
-            "frequency shows: its value is no measurement"
+            "measured frequency: this modulus is extrapolated"
         )
     if measured.flows or slow > UNSEEN * prony.long_term:
         result.append(
-            "the lowest frequency does not reach the long-term modulus: its value is no measurement"
+            "the lowest frequency does not reach the long-term modulus: it is extrapolated"
         )
     return result

@@ -1,4 +1,4 @@
-"""The page of `iceslide rubber`: what was fitted, how well, and curves that may be zoomed."""
+"""The page of `iceslide rubber`: fit, errors, and curves with zoom."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A wheel on ice: friction over slip, by a brush that slides on films, and how far it brakes.
+"""A wheel on ice: friction over slip by a brush model on films, and stopping distances.
 
-Imports what stands below `preprocess`, and `preprocess.footprint`; never FEniCS.
+Imports what is below `preprocess`, and `preprocess.footprint`; never FEniCS.
 """

@@ -1,7 +1,7 @@
-"""Shear stiffness of a tread block by the program's own slice, kept for the next time.
+"""Shear stiffness of a tread block from a slice run, cached.
 
-The block slides under Coulomb's friction that shears it by 0.1 %. Then the friction stress is
-mu p, and the stiffness is that over the mean displacement of its foot relative to its top.
+The block slides under Coulomb friction that shears it by 0.1 %. The stiffness is the friction
+stress mu p over the mean displacement of its foot relative to its top.
 """
 
 from __future__ import annotations
@@ -25,18 +25,18 @@ from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.scene.fingerprint import fingerprint
 from iceslide_fem.scene.materials import MooneyRivlin
 
-STRAIN = 1e-3  # shear of the block: small, so that c is that of small displacements
-MU = 0.05  # so that the block does not tip
-PLACES = 16  # on the foot, of Gauss's rule
-SPEED, DURATION = 1.0, 1e-6  # m/s, s: a moment of sliding, equilibrium is before it
+STRAIN = 1e-3  # shear of the block, small enough for linear stiffness
+MU = 0.05  # small, so the block does not tip
+PLACES = 16  # Gauss points on the foot
+SPEED, DURATION = 1.0, 1e-6  # m/s, s: a short run; equilibrium is found before sliding
 PATIENCE = 600.0  # s
 
 
 def block_stiffness(rubber: MooneyRivlin, length: float, height: float) -> float:
-    """c (Pa/m) of a block in plane strain, m, whose top is held: near G / H of a flat one.
+    """c (Pa/m) of a block in plane strain with a fixed top; close to G / H for a flat block.
 
-    Found once by each version of the program, and then kept in the user's cache folder. Raises
-    SceneError where the slice cannot be run.
+    length, height: m. It is computed once per program version, and cached in the user's cache
+    folder. Raises SceneError if the slice cannot run.
     """
     try:
         given = _scene(rubber, length, height)
@@ -50,14 +50,14 @@ def block_stiffness(rubber: MooneyRivlin, length: float, height: float) -> float
             f"the shear stiffness of a block, {1e3 * length:.4g} mm long and {1e3 * height:.4g} mm "
             f"high, cannot be computed ({error}); give --stiffness a number, such as 7e7Pa/m"
         ) from None
-    with contextlib.suppress(OSError, OutputError):  # what cannot be kept is computed again
+    with contextlib.suppress(OSError, OutputError):  # without a cache it is computed again
         kept.parent.mkdir(parents=True, exist_ok=True)
         replace_file(kept, json.dumps({"stiffness_Pa_per_m": found}) + "\n")
     return found
 
 
 def _scene(rubber: MooneyRivlin, length: float, height: float) -> dict[str, Any]:
-    """The slide of a block, as a scene's tables."""
+    """The tables of the block's scene."""
     at, _ = np.polynomial.legendre.leggauss(PLACES)
     return {
         "name": "shear",
@@ -81,7 +81,7 @@ def _scene(rubber: MooneyRivlin, length: float, height: float) -> dict[str, Any]
 
 
 def _computed(scene: dict[str, Any]) -> float:
-    """c (Pa/m) of the slide. Raises SceneError."""
+    """c (Pa/m) from the run of the scene. Raises SceneError."""
     with tempfile.TemporaryDirectory() as folder:
         file, out = Path(folder) / "shear.toml", Path(folder) / "out"
         file.write_text(tomlkit.dumps(scene), encoding="utf-8")

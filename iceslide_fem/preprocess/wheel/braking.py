@@ -1,8 +1,8 @@
-"""A quarter car that brakes on ice, from one speed to another, with friction from a table.
+"""A quarter car that brakes on ice from one speed to another, with friction from a table.
 
 m dv/dt = -mu(v, S) N, I domega/dt = r mu(v, S) N - T, dx/dt = v, with the slip ratio
-S = 1 - r omega / v (H. B. Pacejka, *Tire and Vehicle Dynamics*, chapter 8). A wheel whose omega has
-come to 0 is locked, S = 1, and stays so while T is more than r mu N.
+S = 1 - r omega / v (H. B. Pacejka, *Tire and Vehicle Dynamics*, chapter 8). A wheel with omega = 0
+is locked, S = 1, and stays locked while T exceeds r mu N.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from iceslide_fem.preprocess.wheel.stop import History, Stop
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError, SimulationStopped
 
-LONGEST = 600.0  # s, of a stop
-PICTURED = 0.05  # s between two rows of a history, at most
-V, OMEGA, X, TORQUE, CONTACT, BRAKE = range(6)  # the state; the last two are works, J
+LONGEST = 600.0  # s, limit of a stop
+PICTURED = 0.05  # s, largest time between two rows of a history
+V, OMEGA, X, TORQUE, CONTACT, BRAKE = range(6)  # indices of the state; the last two are works, J
 
 
 def brake(
@@ -32,10 +32,10 @@ def brake(
     threshold: Threshold | None = None,
     tolerance: float = 1e-7,
 ) -> Stop:
-    """Brake from `speed` to `end_speed` (m/s); the torque is held, or the `threshold` controls it.
+    """Brake from `speed` to `end_speed` (m/s), with constant torque or `threshold` control.
 
-    tolerance: relative error of a step. Raises SceneError if the table does not hold both speeds or
-    they are not in their order, SimulationStopped if the car is not slow enough after `LONGEST`.
+    tolerance: relative error of a step. Raises SceneError if the table does not contain both speeds
+    or their order is wrong, SimulationStopped if the stop takes longer than `LONGEST`.
     """
     from scipy.integrate import solve_ivp
 
@@ -49,7 +49,7 @@ def brake(
         rate = _rate(state[TORQUE], rise, releases, brakes, threshold)
         wheel = _Wheel(table, car, rate, locked)
         events = wheel.events(end_speed, brakes, releases, threshold)
-        # Implicit: a slow wheel follows the slip of its torque within less than a millisecond.
+        # Implicit: the slip of a slow wheel follows its torque in less than a millisecond.
         found = solve_ivp(
             wheel, (time, LONGEST), state, method="Radau", rtol=tolerance, atol=tolerance * scale,
             max_step=PICTURED, events=list(events.values()),
@@ -84,10 +84,10 @@ def brake(
 def brake_ideally(
     table: SlipTable, speed: float, end_speed: float, car: QuarterCar, tolerance: float = 1e-7
 ) -> Stop:
-    """Brake with the largest mu that the table has at every speed: the shortest of all stops.
+    """Brake with the largest mu of the table at every speed: the shortest possible stop.
 
-    The slip is that of the peak from the start on, and follows it at once: the wheel has no
-    inertia, and the torque is r mu N. Raises as `brake` does.
+    The slip is always that of the peak: the wheel has no inertia, and the torque is r mu N. Raises
+    as `brake`.
     """
     from scipy.integrate import solve_ivp
 
@@ -126,8 +126,9 @@ def compare_controls(
     brakes: Brake | None = None,
     threshold: Threshold | None = None,
 ) -> dict[str, Stop]:
-    """The same stop three times: "locked" by a torque that is held, by "threshold" control, and
-    "ideal". A brake that is too weak locks no wheel. Raises as `brake` does.
+    """The same stop with "locked" wheel (constant torque), "threshold" control, and "ideal".
+
+    A too weak brake does not lock the wheel. Raises as `brake`.
     """
     car, brakes, threshold = car or QuarterCar(), brakes or Brake(), threshold or Threshold()
     return {
@@ -138,7 +139,7 @@ def compare_controls(
 
 
 class _Wheel(NamedTuple):
-    """The motion while the torque changes at one `rate` (N m/s), turning or locked."""
+    """The motion while the torque changes at a constant `rate` (N m/s), rolling or locked."""
 
     table: SlipTable
     car: QuarterCar
@@ -160,7 +161,7 @@ class _Wheel(NamedTuple):
     def events(
         self, end_speed: float, brakes: Brake, releases: bool, threshold: Threshold | None
     ) -> dict[str, Callable[..., float]]:
-        """What ends this motion, by its name."""
+        """Events that end this motion, by name."""
         found = {"end": _event(lambda _, y: y[V] - end_speed, -1.0)}
         if self.locked:
             held = self.car.radius
@@ -179,7 +180,7 @@ class _Wheel(NamedTuple):
 
 
 def _event(function: Callable[..., Any], direction: float) -> Callable[..., float]:
-    """`function` as an event of SciPy's that ends the integration where it passes 0."""
+    """`function` as a SciPy event that ends the integration at its zero crossing."""
     setattr(function, "terminal", True)  # noqa: B010
     setattr(function, "direction", direction)  # noqa: B010
     return function
@@ -188,7 +189,7 @@ def _event(function: Callable[..., Any], direction: float) -> Callable[..., floa
 def _rate(
     torque: float, rise: float, releases: bool, brakes: Brake, threshold: Threshold | None
 ) -> float:
-    """dT/dt, N m/s: 0 at both ends of the torque's range."""
+    """dT/dt, N m/s; 0 at both ends of the torque's range."""
     if releases:
         assert threshold is not None
         return -threshold.release if torque > 0.0 else 0.0
@@ -196,7 +197,7 @@ def _rate(
 
 
 def _stop(table: SlipTable, car: QuarterCar, time: Array, states: Array) -> Stop:
-    """What states (6, n) at times (n,) amount to."""
+    """The stop from states (6, n) at times (n,)."""
     v, omega, x, torque, contact, braked = states
     slip = np.clip(1.0 - car.radius * omega / v, 0.0, 1.0)
     mu = np.array([table.inside(*each) for each in zip(v, slip, strict=True)])

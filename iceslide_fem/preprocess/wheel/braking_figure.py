@@ -15,7 +15,7 @@ COLOURS = {"locked": RED, "threshold": BLUE, "ideal": GREEN}
 
 
 def braking_figure(stops: Mapping[str, Stop], car: QuarterCar, title: str = "") -> Figure:
-    """Four panels over time of `stops` by the names that `braking.compare_controls` gives them."""
+    """Four panels over time of `stops`, named as in `braking.compare_controls`."""
     figure = Figure(figsize=(11.5, 7.5), layout="constrained")
     figure.suptitle(title, fontsize=13)
     panels = figure.subplots(2, 2, sharex=True)

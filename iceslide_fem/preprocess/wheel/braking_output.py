@@ -1,4 +1,4 @@
-"""What is written about stops: figures for a summary, and their histories as a table."""
+"""Output of stops: figures for a summary, and histories as a table."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from io import StringIO
 
 from iceslide_fem.preprocess.wheel.stop import Stop
 
-# Of a history's fields, with their units.
+# Fields of a history, with units.
 COLUMNS = "time_s speed_m_s wheel_speed_rad_s slip mu torque_N_m distance_m".split()
 
 
@@ -30,7 +30,7 @@ def stop_figures(stops: Mapping[str, Stop]) -> dict[str, dict[str, float]]:
 
 
 def history_table(stops: Mapping[str, Stop]) -> str:
-    """CSV with a row for every time of every stop; its control stands first."""
+    """CSV with a row for every time of every stop; the control is the first column."""
     text = StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["control", *COLUMNS])

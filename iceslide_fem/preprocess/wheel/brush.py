@@ -1,13 +1,13 @@
-"""The brush: bristles stick to the ice, are stretched on their way through the patch, and slide.
+"""The brush model: bristles stick to the ice, are stretched through the patch, and slide.
 
-A bristle that sticks at the distance xi behind the leading edge bears the stress c sigma xi (c in
-Pa/m, sigma of `rolling.Rolling.stretch`). It breaks away where that exceeds what static contact
-bears, and then slides under the sliding stress of the law. It sticks again where the sliding stress
-rises faster than the bristle is stretched. (E. Fiala, VDI-Z. 96 (1954) 973; H. B. Pacejka, *Tire
-and Vehicle Dynamics*, chapter 3.)
+A sticking bristle at the distance xi behind the leading edge has the stress c sigma xi (c in Pa/m,
+sigma of `rolling.Rolling.stretch`). It breaks away where this exceeds the static friction stress,
+and then slides under the sliding stress of the law. It sticks again where the sliding stress rises
+faster than the stretch stress. (E. Fiala, VDI-Z. 96 (1954) 973; H. B. Pacejka, *Tire and Vehicle
+Dynamics*, chapter 3.)
 
-A bristle has no mass and no speed of its own: what slides does so with the sliding speed w of the
-wheel. In series with a film that melts a massless bristle has no motion.
+A bristle has no mass, and a sliding bristle has the sliding speed w of the wheel. In series with a
+melting film a massless bristle would have no solution.
 """
 
 from __future__ import annotations
@@ -20,29 +20,30 @@ from iceslide_fem.runtime.arrays import Array, Mask
 
 
 class Ends(NamedTuple):
-    """Values at both ends of every pixel, as the tread passes it, (n, nx): straight between."""
+    """Values at both ends of every pixel in the direction of passage, (n, nx); linear between."""
 
     first: Array
     last: Array
 
 
 class Traction(NamedTuple):
-    """Mean friction stress of every pixel (Pa), and the fraction of it that slides, (n, nx)."""
+    """Mean friction stress of every pixel (Pa), and its sliding fraction, (n, nx)."""
 
     stress: Array
     sliding: Array
 
 
 def ends_of(values: Array, contact: Mask) -> Ends:
-    """Values at the ends of pixels (n, nx) by straight lines through those of their neighbours in
-    `contact`; not below 0, and 0 where there is none.
+    """Values at the ends of pixels (n, nx), interpolated from neighbours in `contact`.
+
+    They are at least 0, and 0 without contact.
     """
     middle = 0.5 * (values[:, 1:] + values[:, :-1])
     joined = contact[:, 1:] & contact[:, :-1]
     first, last = values.copy(), values.copy()
     first[:, 1:] = np.where(joined, middle, values[:, 1:])
     last[:, :-1] = np.where(joined, middle, values[:, :-1])
-    # At an edge of the contact the line goes on.
+    # extrapolated at an edge of the contact
     no_first = np.concatenate([np.ones((len(values), 1), dtype=bool), ~joined], axis=1)
     no_last = np.concatenate([~joined, np.ones((len(values), 1), dtype=bool)], axis=1)
     first = np.where(no_first & ~no_last, 2.0 * values - last, first)
@@ -51,11 +52,10 @@ def ends_of(values: Array, contact: Mask) -> Ends:
 
 
 def tractions(rise: Array, contact: Mask, static: Ends, sliding: Ends) -> Traction:
-    """What bristles bear that enter at the first column.
+    """Friction stress of bristles that enter at the first column.
 
-    rise: c sigma dx, by which the stress of a bristle that sticks rises over a pixel (Pa, (n,)),
-    infinite of a locked wheel; static, sliding: the most that contact bears at rest, and the
-    friction of contact that slides (Pa).
+    rise: stress increase c sigma dx of a sticking bristle over a pixel, Pa, (n,), infinite for a
+    locked wheel; static, sliding: largest static and sliding friction stress, Pa.
     """
     lines, columns = contact.shape
     stress, slides = np.zeros((lines, columns)), np.zeros((lines, columns))

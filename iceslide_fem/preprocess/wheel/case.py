@@ -1,4 +1,4 @@
-"""What `iceslide wheel` is asked for: validated like a scene, by the names of its options."""
+"""Input of `iceslide wheel`, validated like a scene, by the names of its options."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.materials import COMPOUNDS, MooneyRivlin
 from iceslide_fem.scene.units import Quantity
 
-# Options of the film that a scene has, too.
+# Film options that a scene also has.
 OF_A_SCENE = (
     "compound contact contact_age viscosity initial_height dry_stress dry_softening dry_residual "
     "ice_material melting_temperature latent_heat water_speed water lug"
@@ -37,13 +37,13 @@ OF_A_SCENE = (
 
 
 class WheelCase(SourceOptions, FilmOptions):
-    """A wheel: its footprint, its slip and what rubs; SI units. Keys are the command's options.
+    """A wheel: footprint, slip and friction law; SI units. Keys are the command's options.
 
-    speed: of the vehicle (m/s); slip: slip ratios, ascending; slip_angle (rad). scene: a file whose
-    law of friction, ice, water and rubber replace the options of the film. pitch and groove (m) of
-    a tread pattern of blocks across the wheel, tread_height (m). stiffness: None where it is to be
-    computed. vary: values (SI) of speed and temperature, every one with every other. abs: whether a
-    quarter car of a `mass` (kg) brakes from the speed to the end_speed (m/s), too.
+    speed: of the vehicle, m/s; slip: slip ratios, ascending; slip_angle: rad; scene: a file whose
+    friction law, ice, water and rubber replace the film options; pitch, groove: of a tread pattern
+    of blocks across the wheel, m; tread_height: m; stiffness: None to compute it; vary: values (SI)
+    of speed and temperature, in all combinations; abs: whether a quarter car of a `mass` (kg) also
+    brakes from the speed to the end_speed (m/s).
     """
 
     model_config = ConfigDict(alias_generator=option_names("image"))
@@ -124,7 +124,7 @@ class WheelCase(SourceOptions, FilmOptions):
 
     @cached_property
     def law_scene(self) -> Scene | None:
-        """The scene that says what rubs. Raises SceneError."""
+        """The scene of the friction law, or None. Raises SceneError."""
         return None if self.scene is None else load_scene(self.scene)
 
     @property
@@ -135,7 +135,7 @@ class WheelCase(SourceOptions, FilmOptions):
 
     @property
     def temperatures(self) -> Sequence[float]:
-        """Of the ice (K), that of every member of the family."""
+        """Ice temperature (K) of every member of the family."""
         if "temperature" in self.vary:
             return self.vary["temperature"]
         scene = self.law_scene
@@ -145,7 +145,7 @@ class WheelCase(SourceOptions, FilmOptions):
 
     @property
     def members(self) -> list[Self]:
-        """The family: this case at every speed and temperature."""
+        """The family: this case at all speeds and temperatures."""
         speeds = self.vary.get("speed", (self.speed,))
         return [
             self.model_copy(update={"speed": speed, "temperature": temperature})
@@ -154,19 +154,19 @@ class WheelCase(SourceOptions, FilmOptions):
 
     @property
     def pattern(self) -> Pattern | None:
-        """Blocks and grooves of the tread; None of a slick one."""
+        """Blocks and grooves of the tread; None for a slick tread."""
         if self.pitch is None or self.groove is None:
             return None
         return Pattern(self.pitch, self.groove)
 
     @property
     def rubber(self) -> MooneyRivlin:
-        """Constants of the tread's rubber; where it relaxes, those of a moment."""
+        """Constants of the tread's rubber; instantaneous if viscoelastic."""
         scene = self.law_scene or self.aged_scene
         return COMPOUNDS[self.compound] if scene is None else scene.mooney_rivlin
 
     def lug_below(self, length: float) -> float:
-        """That of a block, where the tread has some."""
+        """Length of the lug for outflow; that of a block if the tread has a pattern, m."""
         pattern = self.pattern
         block = length if pattern is None else pattern.pitch - pattern.groove
         return super().lug_below(block)
@@ -177,6 +177,6 @@ class WheelCase(SourceOptions, FilmOptions):
 
     @property
     def files(self) -> list[Path]:
-        """Every file that is read, those that the scene names among them."""
+        """All input files, with those of the scene."""
         scene = self.law_scene
         return [*super().files, *([] if scene is None else scene.files.values())]

@@ -1,4 +1,4 @@
-"""What `iceslide wheel` does: read, find the tread's stiffness, compute, write."""
+"""Work of `iceslide wheel`: read, determine the tread's stiffness, compute, write."""
 
 from __future__ import annotations
 
@@ -35,10 +35,10 @@ def run(
 ) -> tuple[dict[str, Array], dict[str, Any]]:
     """Friction over slip of the wheel that `values` describe (see `WheelCase`), written to `out`.
 
-    Writes what `WRITTEN` names, of stops `OF_STOPS`, too; returns the columns of mu_slip.csv and
-    what summary.json holds. The same wheel's earlier results go, with `force` any other results,
-    too. Raises SceneError, before anything is written, if the input is wrong or `out` is not to be
-    written to, SimulationStopped where the law finds no step, and OutputError if something cannot
+    Writes the files in `WRITTEN`, and for stops in `OF_STOPS`; returns the columns of mu_slip.csv
+    and the content of summary.json. Earlier results of the same wheel are replaced, with `force`
+    any results. Raises SceneError, before anything is written, if the input is invalid or `out`
+    must not be used, SimulationStopped if a step of the law fails, and OutputError if a file cannot
     be written.
     """
     begun = time.perf_counter()

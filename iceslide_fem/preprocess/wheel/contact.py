@@ -1,4 +1,4 @@
-"""Contact that slides below a wheel: by the film law, or by any other law of the one protocol."""
+"""Sliding contact below a wheel: the film law, or any law of the common protocol."""
 
 from __future__ import annotations
 
@@ -17,15 +17,14 @@ from iceslide_fem.preprocess.wheel.brush import Ends
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.scene.contact_table import ConstantContact, ContactTable
 
-SLOWEST = 1e-6  # m/s, that counts as rest
+SLOWEST = 1e-6  # m/s, below which the wheel is at rest
 
 
 class Slid(NamedTuple):
-    """Pixels that have been slid over, (n, nx), the first column at the leading edge.
+    """Results of sliding pixels, (n, nx), the first column at the leading edge.
 
-    stress: friction (Pa) at both ends; temperature of the ice's surface (K) and height of the film
-    (m, NaN of a law without one) where the ice leaves them; melting, saturated: which switches are
-    on there.
+    stress: friction at both ends, Pa; at the exit: temperature of the ice's surface, K; height of
+    the film, m, NaN for a law without films; melting, saturated: masks of the switches.
     """
 
     stress: Ends
@@ -35,7 +34,7 @@ class Slid(NamedTuple):
     saturated: Mask
 
     def lines(self, some: slice) -> Slid:
-        """Of `some` of the lines."""
+        """The results of `some` of the lines."""
         first, last = self.stress
         temperature, height = self.temperature[some], self.height[some]
         switches = self.melting[some], self.saturated[some]
@@ -43,26 +42,27 @@ class Slid(NamedTuple):
 
 
 class SlidingContact(Protocol):
-    """What the brush asks of a friction law."""
+    """A friction law, as the brush model uses it."""
 
     def fresh(self, pressure: Array, speed: Array) -> Array:
-        """Friction stress (Pa) of contact under `pressure` (n, nx) that just begins to slide at a
-        `speed` (m/s, (n,)).
+        """Friction stress (Pa) at the onset of sliding.
+
+        pressure: Pa, (n, nx); speed: m/s, (n,).
         """
 
     def slid(self, pressure: Array, dx: float, passing: float, speed: Array) -> Slid:
-        """Contact under `pressure` (n, nx), 0 where nothing slides, on pixels of the length `dx`
-        (m): ice is `passing` (m/s) and slid over at a `speed` (m/s, (n,)).
+        """Sliding contact under `pressure` (n, nx), Pa, 0 where nothing slides.
 
-        Raises SimulationStopped where a step cannot be made.
+        dx: length of pixels, m; passing: speed of the ice, m/s; speed: of sliding, m/s, (n,).
+        Raises SimulationStopped if a step fails.
         """
 
 
 @dataclass(frozen=True)
 class FilmContact:
-    """The film law, with or without dry shear: `ride` says all but the speeds.
+    """The film law, with or without dry shear; `ride` has all parameters except the speeds.
 
-    contact_of: k, D and H_V over pressure; tolerance: relative error of mu aimed at.
+    contact_of: k, D and H_V over pressure; tolerance: target relative error of mu.
     """
 
     ride: Ride
@@ -70,7 +70,7 @@ class FilmContact:
     tolerance: float = 1e-2
 
     def fresh(self, pressure: Array, speed: Array) -> Array:
-        """k eta v / (h0 + h_b) of contact that begins with films of h0."""
+        """k eta v / (h0 + h_b) of contact with initial films of h0."""
         flat, speeds = pressure.ravel(), np.repeat(speed, pressure.shape[1])
         ride = self.ride._replace(sliding_speed=speed)
         limit, T_0 = ride.limit, np.full_like(flat, ride.temperature)
@@ -89,7 +89,7 @@ class FilmContact:
         return np.where(pressure > 0.0, shear.reshape(pressure.shape), 0.0)
 
     def slid(self, pressure: Array, dx: float, passing: float, speed: Array) -> Slid:
-        """By `footprint.film_map`, whose ice comes in at the last column."""
+        """Sliding contact by `footprint.film_map`, in which ice enters at the last column."""
         ride = self.ride._replace(speed=passing, sliding_speed=speed)
         footprint = PressureMap(pressure[:, ::-1], dx, dx)
         films = film_map(footprint, ride, self.contact_of, self.tolerance)

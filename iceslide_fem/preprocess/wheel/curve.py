@@ -1,4 +1,4 @@
-"""Friction over slip of a whole family: every speed and temperature that was asked for."""
+"""Friction over slip of a family of speeds and temperatures."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from iceslide_fem.preprocess.wheel.friction import SlipPoint, Tread, friction
 from iceslide_fem.preprocess.wheel.law import contact_of_case
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 
-SMALL = 1e-4  # slip ratio whose mu over it is the slope at 0
-TOGETHER = 2_000_000  # pixels of all slip ratios that are computed at once
+SMALL = 1e-4  # slip ratio for the slope at 0
+TOGETHER = 2_000_000  # largest number of pixels of all slip ratios per call
 
 
 class Curve(NamedTuple):
     """Friction of one wheel over its slip ratios, ascending.
 
-    speed (m/s), temperature (K): of the vehicle and of the ice; slope: dmu/dS at S = 0, by the mu
-    of a slip ratio of 1e-4.
+    speed: of the vehicle, m/s; temperature: of the ice, K; slope: dmu/dS at S = 0, from mu at the
+    slip ratio 1e-4.
     """
 
     speed: float
@@ -31,12 +31,12 @@ class Curve(NamedTuple):
 
     @property
     def peak(self) -> SlipPoint | None:
-        """Where braking is hardest; None where no slip ratio is above 0."""
+        """The point of the largest braking friction; None without slip ratios above 0."""
         return max(self.braking, key=lambda point: point.mu, default=None)
 
     @property
     def locked(self) -> SlipPoint | None:
-        """That of the locked wheel, if it was asked for."""
+        """The point of the locked wheel, if it is computed."""
         return next((point for point in self.points if point.slip == 1.0), None)
 
     @property
@@ -46,7 +46,7 @@ class Curve(NamedTuple):
 
     @property
     def name(self) -> str:
-        """How pictures call it."""
+        """Name in pictures."""
         return f"{3.6 * self.speed:.4g} km/h, {self.temperature - ZERO_CELSIUS:.4g} °C"
 
 
@@ -58,8 +58,8 @@ def curves(
 ) -> list[Curve]:
     """Every member of the family on `footprint`; stiffness: c of the tread (Pa/m).
 
-    `tell` is called with the fraction that is done. Raises SceneError where a law does not fit a
-    wheel, before anything is computed, and SimulationStopped where it finds no step.
+    tell: called with the finished fraction. Raises SceneError, before computing, if a law does not
+    fit a wheel, and SimulationStopped if a step fails.
     """
     contacts = [
         (member, contact_of_case(member, footprint.contact_length)) for member in case.members

@@ -15,11 +15,11 @@ from iceslide_fem.preprocess.wheel.rolling import Rolling
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SimulationStopped
 
-PASSES = 20  # over what slides and its friction, until nothing more begins to slide
+PASSES = 20  # iterations of sliding area and friction, until no more area starts to slide
 
 
 class Tread(NamedTuple):
-    """Shear stiffness c of the tread (Pa/m), and its pattern, if it has one."""
+    """Shear stiffness c of the tread (Pa/m), and its pattern, or None."""
 
     stiffness: float
     pattern: Pattern | None = None
@@ -28,10 +28,9 @@ class Tread(NamedTuple):
 class SlipPoint(NamedTuple):
     """A wheel at one slip ratio; fractions and means are over the area in contact.
 
-    mu, mu_across: friction over load against the wheel's motion along its plane, and against that
-    across it; trail (m): of the force across behind the middle of the patch; sliding, melting,
-    saturated: fractions; film_height (m) and temperature (K) where it slides, NaN where nothing
-    does.
+    mu, mu_across: friction over load against the motion along and across the wheel's plane; trail:
+    distance of the side force behind the middle of the patch, m; sliding, melting, saturated:
+    fractions; film_height (m), temperature (K): of sliding contact, NaN without any.
     """
 
     slip: float
@@ -48,10 +47,9 @@ class SlipPoint(NamedTuple):
 def friction(
     footprint: PressureMap, rolls: Sequence[Rolling], tread: Tread, contact: SlidingContact
 ) -> list[SlipPoint]:
-    """Wheels whose footprint (ice comes in at its last column) rolls and slips; they have one speed
-    and one slip angle.
+    """Friction of wheels with equal speed and slip angle; ice enters at the last column.
 
-    Raises SimulationStopped where the law finds no step.
+    Raises SimulationStopped if a step fails.
     """
     pressure, dx = footprint.pressure[:, ::-1], footprint.dx
     passing = rolls[0].forward
@@ -84,7 +82,7 @@ def friction(
 def _point(
     pressure: Array, dx: float, rolling: Rolling, traction: Traction, slid: Slid
 ) -> SlipPoint:
-    """What lines (n, nx) of one wheel amount to."""
+    """The slip point from lines (n, nx) of one wheel."""
     touching, slides = pressure > 0.0, traction.sliding
     area, whole = np.count_nonzero(touching), traction.stress.sum()
     along, across = (float(whole / pressure.sum() * part) for part in rolling.direction)
@@ -117,10 +115,10 @@ def _brush(
     speed: Array,
     contact: SlidingContact,
 ) -> tuple[Traction, Slid]:
-    """What bristles bear, and the contact where they slide, of lines (n, nx), leading edge first.
+    """Bristle stress and sliding contact of lines (n, nx), leading edge first.
 
-    Where bristles slide first follows from contact that has just begun to; where its friction then
-    falls, more of them do.
+    The first sliding area follows from the friction at the onset of sliding. If friction then
+    falls, more bristles slide.
     """
     touching, speed = pressure > 0.0, np.maximum(speed, SLOWEST)
     rise = np.where(speed > SLOWEST, rise, 0.0)

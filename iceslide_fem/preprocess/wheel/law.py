@@ -1,4 +1,4 @@
-"""Which friction law a wheel has: chosen here, and nowhere else."""
+"""Choice of the friction law of a wheel."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from iceslide_fem.scene import Scene, scene_from_dict
 
 
 def contact_of_case(case: WheelCase, length: float) -> SlidingContact:
-    """The contact that slides below a footprint of the `length` (m), of one member of a family.
+    """Sliding contact of one member of a family; length: of the footprint, m.
 
-    Raises SceneError where the law of its scene needs what a wheel has not.
+    Raises SceneError if the scene's law needs features that a wheel does not have.
     """
     scene = case.law_scene
     if scene is None:
@@ -39,7 +39,7 @@ def _ice_of(scene: Scene, case: WheelCase) -> dict[str, Any]:
 
 
 def _film_of(scene: Scene, case: WheelCase) -> FilmContact:
-    """The film law of a scene on ice of the case's temperature."""
+    """The film law of a scene, at the case's ice temperature."""
     film, age = scene.film, contact_age(scene)
     for unfit, key, allowed in (
         (film.refreeze != "nothing", f'film.refreeze = "{film.refreeze}"', '"nothing"'),

@@ -1,4 +1,4 @@
-"""Contact that slides below a wheel by any law of the one protocol (`laws.interface_law`)."""
+"""Sliding contact below a wheel under any law (`laws.interface_law`)."""
 
 from __future__ import annotations
 
@@ -24,9 +24,7 @@ SHORTEST = 1e-9  # of a pixel's time
 
 
 class Passing(NamedTuple):
-    """Lines whose ice passes a pixel: speed of sliding (m/s), 0 where nothing slides, and pressure
-    (Pa) at both ends of the pixel, (n,).
-    """
+    """Lines in one pixel: sliding speed (m/s, 0 at rest), and pressure (Pa) at both ends, (n,)."""
 
     speed: Array
     first: Array
@@ -39,9 +37,9 @@ class Passing(NamedTuple):
 
 @dataclass(frozen=True)
 class LawContact:
-    """The `law` on ice of a temperature (K); `film_height` (m) at first, of laws with a film.
+    """Sliding contact under `law` on ice of a temperature (K).
 
-    tolerance: relative error of mu aimed at.
+    film_height: initial, for laws with films, m; tolerance: target relative error of mu.
     """
 
     law: InterfaceLaw
@@ -57,7 +55,7 @@ class LawContact:
         return np.where(pressure > 0.0, shear.reshape(pressure.shape), 0.0)
 
     def slid(self, pressure: Array, dx: float, passing: float, speed: Array) -> Slid:
-        """Every line is one piece of ice that passes pixel after pixel, all in the same steps."""
+        """Each line is one piece of ice that passes pixel after pixel; all have the same steps."""
         lines, columns = pressure.shape
         touching, dt = pressure > 0.0, dx / passing
         temperature = np.full(lines, self.temperature)

@@ -1,4 +1,4 @@
-"""Values of the options of `iceslide wheel`: how their texts are read, and their ranges."""
+"""Values of the options of `iceslide wheel`: parsing and ranges."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ VARIED = {
     "speed": (SPEED, "20km/h,50km/h"),
     "temperature": (TEMPERATURE, "-10degC,-2degC"),
 }
-# Stiffness of the whole patch (N/m per m of its length) and of an area of it.
+# Stiffness of the whole patch (N/m per m of length), and per area.
 RANGES: dict[Literal["Pa", "Pa/m"], tuple[str, str]] = {
     "Pa": ("1e3 N/m^2", "1e13 N/m^2"),
     "Pa/m": ("1e4 Pa/m", "1e15 Pa/m"),
@@ -26,7 +26,7 @@ RANGES: dict[Literal["Pa", "Pa/m"], tuple[str, str]] = {
 
 
 class Stiffness(NamedTuple):
-    """A stiffness that was given: of the patch's width in Pa (N/m2), or of an area in Pa/m."""
+    """A given stiffness: of the patch's width in Pa (N/m2), or per area in Pa/m."""
 
     value: float
     unit: Literal["Pa", "Pa/m"]
@@ -83,7 +83,7 @@ def _stiffness(value: Any) -> Any:
 
 
 def _varied(value: Any) -> Any:
-    """Texts such as "speed=20km/h,50km/h" as values by their keys."""
+    """Values by key from texts such as "speed=20km/h,50km/h"."""
     if isinstance(value, dict):
         return value
     found: dict[str, tuple[float, ...]] = {}

@@ -17,7 +17,7 @@ from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene.materials import BAR
 
-# Columns of mu_slip.csv by what of a point they are.
+# Columns of mu_slip.csv by fields of a point.
 COLUMNS = {
     "slip": "slip",
     "mu": "mu",
@@ -34,7 +34,7 @@ COLUMNS = {
 def columns(found: Sequence[Curve], load: float) -> dict[str, Array]:
     """Columns of mu_slip.csv, names with units -> (members of the family * slip ratios,).
 
-    Slip varies fastest. load: N, or N/m of a line, with which the aligning torque goes.
+    Slip varies fastest. load: N, or N/m for a line; used for the aligning torque.
     """
     head = ("speed_m_s", "temperature_C", *COLUMNS.values(), "aligning_torque_N_m")
     rows = [
@@ -105,7 +105,7 @@ def _member(curve: Curve) -> dict[str, Any]:
 
 
 def _warnings(case: WheelCase, found: Sequence[Curve]) -> list[str]:
-    """What a person should know before using the curves; one sentence each."""
+    """Warnings on the use of the curves."""
     points = [point for curve in found for point in curve.points if point.sliding > 0.0]
     scene = case.law_scene
     if scene is None:
@@ -133,7 +133,7 @@ def _warnings(case: WheelCase, found: Sequence[Curve]) -> list[str]:
 
 
 def lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """What all members of the family share, as names and readable values."""
+    """Common figures of the family as names and readable values."""
     wheel = figures["wheel"]
     load = f"{wheel['load_N']:.5g} N" + " per metre of width" * wheel["one_line"]
     return [
@@ -157,7 +157,7 @@ MEMBER_HEAD = (
 
 
 def member_cells(member: Mapping[str, Any]) -> list[str]:
-    """A row for the screen and the page, below `MEMBER_HEAD`; "-" for what was not asked for."""
+    """A row for screen and page, below `MEMBER_HEAD`; "-" for values not computed."""
     keys = ("peak_mu", "slip_at_peak", "locked_mu", "peak_over_locked", "slope_at_0")
     texts = ["-" if member[key] is None else f"{member[key]:.4g}" for key in keys]
     return [f"{3.6 * member['speed_m_s']:.4g}", f"{member['temperature_C']:.4g}", *texts]

@@ -1,7 +1,7 @@
-"""A tread of blocks and grooves that moves over the ice while both pass the patch.
+"""A tread of blocks and grooves that slides over the ice while both pass the patch.
 
-A piece of ice is below one block for l / w at most, then below a groove for g / w, and below the
-next block. What a row of blocks leaves behind on the ice the next one finds.
+A piece of ice is below a block for at most l / w, then below a groove for g / w, then below the
+next block. Each block meets the ice as the block before left it.
 """
 
 from __future__ import annotations
@@ -12,14 +12,14 @@ import numpy as np
 
 from iceslide_fem.runtime.arrays import Array
 
-PHASES = 6  # within 0.4 % of 48 of them (docs/explanation/wheel.md)
-FINEST = 4.0  # pixels in which a groove passes, at least
+PHASES = 6  # within 0.4 % of the result with 48 (docs/explanation/wheel.md)
+FINEST = 4.0  # least number of pixels per groove
 
 
 class Pattern(NamedTuple):
     """Blocks along the wheel, `pitch` (m) from edge to edge, with a `groove` (m) between two.
 
-    phases: places of the pattern above the ice that enters, which stand for all.
+    phases: representative positions of the pattern relative to the entering ice.
     """
 
     pitch: float
@@ -27,10 +27,10 @@ class Pattern(NamedTuple):
     phases: int = PHASES
 
     def over(self, pressure: Array, slid: float) -> Array:
-        """Pressures (phases n, nx), Pa, that ice sees below pressures (n, nx) of a smooth tread.
+        """Pressures (phases n, nx), Pa, on the ice from pressures (n, nx) of a smooth tread.
 
-        slid: by how far (m) the tread slides over the ice while that passes a pixel. Blocks carry
-        the same load on their part of the area.
+        slid: sliding distance of the tread over the ice per pixel, m. Blocks carry the same load on
+        their fraction of the area.
         """
         columns = pressure.shape[1]
         way = (np.arange(columns) + 0.5) * slid
@@ -41,5 +41,5 @@ class Pattern(NamedTuple):
         return np.asarray(seen.reshape(-1, columns))
 
     def refinement(self, slid: float) -> int:
-        """Into how many parts a pixel is split so that no groove is overlooked."""
+        """Number of parts into which a pixel is split to resolve the grooves."""
         return max(1, int(np.ceil(FINEST * slid / self.groove)))

@@ -1,4 +1,4 @@
-"""A quarter of a car, its brake and what controls it: the values that a stop depends on."""
+"""Parameters of a stop: a quarter car, its brake and its control."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ GRAVITY = 9.80665  # m/s2, standard
 
 
 def _check_positive(given: QuarterCar | Brake | Threshold, what: str) -> None:
-    """Raise SceneError if a number that is given is not finite and above 0."""
+    """Raise SceneError if a given number is not finite and above 0."""
     for field in fields(given):
         value = getattr(given, field.name)
         if value is not None and not (isfinite(value) and value > 0.0):
@@ -23,8 +23,9 @@ def _check_positive(given: QuarterCar | Brake | Threshold, what: str) -> None:
 class QuarterCar:
     """One wheel and the mass that it brakes; SI.
 
-    mass (kg); inertia of the wheel about its axle (kg m2); radius of the wheel (m); load on it (N),
-    the weight of the mass if none is given. The defaults are assumed, typical of a passenger car.
+    mass: kg; inertia: of the wheel about its axle, kg m2; radius: of the wheel, m; load: on the
+    wheel, N, by default the weight of the mass. The defaults are assumptions for a typical
+    passenger car.
     """
 
     mass: float = 350.0
@@ -38,7 +39,7 @@ class QuarterCar:
 
     @property
     def wheel_load(self) -> float:
-        """N, N."""
+        """Wheel load, N."""
         return self.mass * GRAVITY if self.load is None else self.load
 
 
@@ -46,7 +47,7 @@ class QuarterCar:
 class Brake:
     """Its torque rises from 0 to the `largest_torque` (N m) within the `ramp_time` (s).
 
-    The defaults are assumed: several times what ice can bear, and a foot that brakes hard.
+    The defaults are assumptions: several times the friction of ice, and hard braking.
     """
 
     largest_torque: float = 1500.0
@@ -58,7 +59,7 @@ class Brake:
 
     @property
     def rise(self) -> float:
-        """Of the torque, N m/s."""
+        """Rate of the torque, N m/s."""
         return self.largest_torque / self.ramp_time
 
 
@@ -66,9 +67,9 @@ class Brake:
 class Threshold:
     """Control of the slip by two thresholds, as in a simple anti-lock brake.
 
-    The torque falls at the rate `release` (N m/s) from where the slip ratio passes `high`, and
-    rises again at the rate `build` (N m/s) from where it has fallen to `low`. The defaults are
-    assumed: pressure that is let out quickly and comes back slowly.
+    The torque falls at the rate `release` (N m/s) after the slip ratio exceeds `high`, and rises at
+    the rate `build` (N m/s) after it falls to `low`. The defaults are assumptions: fast release and
+    slow build-up of pressure.
     """
 
     high: float = 0.3
@@ -77,7 +78,7 @@ class Threshold:
     build: float = 1000.0
 
     def __post_init__(self) -> None:
-        """Refuse rates of 0 and thresholds that are not in their order (SceneError)."""
+        """Refuse rates of 0 and thresholds in the wrong order (SceneError)."""
         _check_positive(self, "threshold control")
         if not self.low < self.high < 1.0:
             raise SceneError(

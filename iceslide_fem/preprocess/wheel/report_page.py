@@ -1,4 +1,4 @@
-"""The page of a wheel: friction over slip, and what slides, melts and is full on the way."""
+"""The page of a wheel: friction, sliding, melting and saturated fractions over slip."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ LEFT_OUT = (
     "a bristle in series with a film that melts has no motion of its own "
     "(docs/explanation/wheel.md)."
 )
-# Charts: anchor, title, what is to be seen, label of y, column, factor.
+# Charts: anchor, title, description, label of y, column, factor.
 CHARTS = (
     ("mu", "Friction over slip", "Friction along the wheel.", "mu", "mu", 1.0),
     ("sliding", "What slides", "The rest sticks to the ice.", "% of the contact",
@@ -96,7 +96,7 @@ def _what(case: Mapping[str, Any], members: list[Mapping[str, Any]]) -> str:
 
 
 def _stops(stops: Mapping[str, Mapping[str, float]]) -> list[Table]:
-    """How a quarter car stops, if that was asked for."""
+    """Table of the stops of a quarter car, if they were computed."""
     rows = [
         [name, *(f"{stop[key]:.4g}" for key in ("distance_m", "time_s", "deceleration_m_s2"))]
         for name, stop in stops.items()
@@ -124,7 +124,7 @@ def _charts(folder: Path, charts: tuple[tuple[str, str, str, str, str, float], .
 
 
 def _command(case: Mapping[str, Any]) -> str:
-    """The command line of a case: what is not as by default."""
+    """The command of a case, with its non-default options."""
     usual = WheelCase.model_fields
     image = case["image"]
     words = ["iceslide wheel" + (f" {shlex.quote(str(image))}" if image else "")]

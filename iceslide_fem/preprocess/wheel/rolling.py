@@ -1,4 +1,4 @@
-"""How a wheel rolls and slips: the speeds of its tread on the ice."""
+"""Kinematics of a wheel: speeds of its tread on the ice."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import NamedTuple
 class Rolling(NamedTuple):
     """A wheel whose centre moves with `speed` V (m/s), at a `slip_angle` alpha (rad) to its plane.
 
-    Its circumference moves with V cos(alpha) (1 - S): the `slip` ratio S is 1 of a locked wheel, 0
-    of one that rolls freely, and below 0 of one that is driven.
+    Its circumference moves with V cos(alpha) (1 - S). The `slip` ratio S is 1 for a locked wheel, 0
+    for free rolling, and negative for a driven wheel.
     """
 
     speed: float
@@ -29,22 +29,22 @@ class Rolling(NamedTuple):
 
     @property
     def sliding_speed(self) -> float:
-        """Its size w, m/s."""
+        """Magnitude w of the sliding velocity, m/s."""
         return hypot(*self.sliding)
 
     @property
     def direction(self) -> tuple[float, float]:
-        """That of the friction force against the wheel's motion, along and across; none at rest."""
+        """Unit vector of the friction force against the motion, along and across; 0 at rest."""
         along, across = self.sliding
         size = self.sliding_speed
         return (along / size, across / size) if size else (0.0, 0.0)
 
     @property
     def stretch(self) -> float:
-        """sigma: by how much a bristle that sticks is stretched over its way through the patch.
+        """sigma: stretch of a sticking bristle per distance through the patch.
 
-        w over the speed with which the tread passes the patch; infinite of a locked wheel. Without
-        a slip angle S / (1 - S).
+        It is w over the speed of the tread through the patch, infinite for a locked wheel; S / (1 -
+        S) without a slip angle.
         """
         passing = self.forward * (1.0 - self.slip)
         return self.sliding_speed / passing if passing > 0.0 else (inf if self.slip > 0.0 else 0.0)

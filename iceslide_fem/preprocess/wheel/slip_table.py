@@ -1,4 +1,4 @@
-"""mu of a wheel over its speed and its slip ratio, between rows that the brush has computed."""
+"""mu of a wheel over speed and slip ratio, interpolated from results of the brush model."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from iceslide_fem.preprocess.wheel.rolling import Rolling
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 
-if TYPE_CHECKING:  # takes long to import, and only braking needs it
+if TYPE_CHECKING:  # slow import, needed for braking only
     from scipy.interpolate import RectBivariateSpline
 
 KMH = 3.6
-SPEEDS, SLIPS = 16, 41  # of a table for a stop
+SPEEDS, SLIPS = 16, 41  # size of a table for a stop
 
 
 @dataclass(frozen=True)
 class SlipTable:
-    """mu (m, n) at rising speeds (m,), m/s, and rising slip ratios (n,), from 0 to 1.
+    """mu (m, n) at ascending speeds (m,), m/s, and ascending slip ratios (n,) from 0 to 1.
 
-    Between its rows and columns mu is bilinear. A wheel that rolls freely is not braked: mu is 0 at
-    a slip ratio of 0. Raises SceneError if the table is none.
+    mu is bilinear between rows and columns. At a slip ratio of 0 (free rolling) mu is 0. Raises
+    SceneError for an invalid table.
     """
 
     speeds: Array
@@ -36,7 +36,7 @@ class SlipTable:
     mu: Array
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be interpolated."""
+        """Validate the table."""
         for name, axis in (("speeds", self.speeds), ("slip ratios", self.slips)):
             if axis.ndim != 1 or axis.size < 2 or not (np.diff(axis) > 0.0).all():
                 raise SceneError(f"a table of mu needs two or more rising {name}")
@@ -74,16 +74,16 @@ class SlipTable:
             )
 
     def inside(self, speed: float, slip: float) -> float:
-        """mu at values that are known to be in the table; beyond its edges it is that of the edge.
+        """mu at values in the table; constant beyond its edges.
 
-        Trial stages of a solver may look past an edge by a part of their step.
+        Trial stages of a solver may be outside by a part of their step.
         """
         return float(self._surface(speed, slip, grid=False))
 
     def peak(self, speed: float) -> tuple[float, float]:
         """Slip ratio of the largest mu at a speed (m/s) in the table, and that mu.
 
-        At one speed mu is straight between columns, so that one of them has the largest.
+        At one speed mu is linear between columns, so the maximum is at a column.
         """
         row = self._surface(speed, self.slips)[0]
         largest = int(row.argmax())
@@ -99,8 +99,8 @@ class SlipTable:
 def axes_of_a_stop(speed: float, end_speed: float) -> tuple[Array, Array]:
     """Speeds (m/s, geometric steps) and slip ratios (even steps) for stops between two speeds.
 
-    Distances are within 1 % of those by twice as many (docs/explanation/wheel.md). Raises
-    SceneError if the speeds are not in their order.
+    Distances are within 1 % of those with twice as many (docs/explanation/wheel.md). Raises
+    SceneError if the order of the speeds is wrong.
     """
     if not 0.0 < end_speed < speed < np.inf:
         raise SceneError(
@@ -119,7 +119,7 @@ def slip_table(
 ) -> SlipTable:
     """The table of a wheel with a `footprint` at all `speeds` (m/s) and `slips`, by `friction`.
 
-    Raises SceneError if they are no axes of a table, SimulationStopped where the law finds no step.
+    Raises SceneError if they are invalid axes, SimulationStopped if a step fails.
     """
 
     def row(speed: float) -> list[float]:

@@ -1,4 +1,4 @@
-"""Shear stiffness of a tread: given, in closed form, or by finite elements of one of its blocks."""
+"""Shear stiffness of a tread: given, in closed form, or by finite elements of a block."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from iceslide_fem.preprocess.wheel.case import WheelCase
 
 
 class TreadStiffness(NamedTuple):
-    """c (Pa/m): shear stress over displacement of the tread's surface; source: where it is from."""
+    """c (Pa/m): shear stress over displacement of the tread's surface; source: its origin."""
 
     value: float
     source: str
@@ -22,11 +22,11 @@ def stiffness_of(
     footprint: PressureMap,
     tell: Callable[[str], None] = lambda words: None,
 ) -> TreadStiffness:
-    """Of the tread of a case.
+    """The stiffness of the tread of a case.
 
-    Given as c_p (N/m2, force per length of the patch and displacement) it is c_p over the patch's
-    width in contact; of a slick tread G / H; of a pattern that of one block, by finite elements,
-    before which `tell` is called. Raises SceneError where those cannot be run.
+    A given c_p (N/m2, force per length of the patch and displacement) is divided by the patch's
+    width in contact. A slick tread has G / H. A pattern has the stiffness of one block by finite
+    elements; `tell` is called before them. Raises SceneError if they cannot run.
     """
     given, height = case.stiffness, case.tread_height
     if given is not None and given.unit == "Pa/m":

@@ -1,4 +1,4 @@
-"""What a stop amounts to: its history, distance, time, deceleration and works."""
+"""Results of a stop: history, distance, time, deceleration and works."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ class History(NamedTuple):
 
 @dataclass(frozen=True)
 class Stop:
-    """How a car has braked from the first to the last speed of its `history`.
+    """A stop from the first to the last speed of its `history`.
 
-    contact_work, brake_work: heat of the contact, mu N S v over time, and of the brake, T omega
-    (J); kinetic_energy: what car and wheel have lost (J), the sum of both.
+    contact_work, brake_work: heat of the contact (mu N S v over time) and of the brake (T omega),
+    J; kinetic_energy: loss of car and wheel, J, the sum of both.
     """
 
     history: History
@@ -36,22 +36,22 @@ class Stop:
 
     @property
     def time(self) -> float:
-        """It took, s."""
+        """Duration of the stop, s."""
         return float(self.history.time[-1])
 
     @property
     def distance(self) -> float:
-        """It took, m."""
+        """Distance of the stop, m."""
         return float(self.history.distance[-1])
 
     @property
     def deceleration(self) -> float:
-        """Mean over the distance x, (v0^2 - v1^2) / (2 x), m/s2."""
+        """Mean deceleration over the distance x, (v0^2 - v1^2) / (2 x), m/s2."""
         first, last = self.history.speed[[0, -1]]
         return float((first**2 - last**2) / (2.0 * self.distance))
 
     def __str__(self) -> str:
-        """One line: the speeds between which it was, its distance, time and deceleration."""
+        """One line with speeds, distance, time and deceleration."""
         first, last = KMH * self.history.speed[[0, -1]]
         return (
             f"from {first:.4g} km/h to {last:.4g} km/h in {self.distance:.4g} m, "

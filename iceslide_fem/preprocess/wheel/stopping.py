@@ -1,4 +1,4 @@
-"""Stops of the wheel of a case: its table of friction, and how it brakes by it."""
+"""Stops of the wheel of a case: its friction table, and the braking with it."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from iceslide_fem.preprocess.wheel.quarter_car import QuarterCar
 from iceslide_fem.preprocess.wheel.slip_table import axes_of_a_stop, slip_table
 from iceslide_fem.preprocess.wheel.stop import Stop
 
-LINES = 12  # of a footprint, which stand for those around them
+LINES = 12  # representative lines of a footprint
 
 
 def stops_of(case: WheelCase, footprint: PressureMap, stiffness: float) -> dict[str, Stop]:
-    """Stops by the name of what controls the brake, with a tread `stiffness` (Pa/m).
+    """Stops by name of the brake control, with a tread `stiffness` (Pa/m).
 
-    Raises SimulationStopped where the law finds no step.
+    Raises SimulationStopped if a step fails.
     """
     axes = axes_of_a_stop(case.speed, case.end_speed)
     some = replace(footprint, pressure=footprint.sample(LINES))

@@ -1,5 +1,5 @@
-"""The one reader of tables in text files, whichever program has written them.
+"""Reader of tables in text files of any program.
 
-`text` decodes, `layout` finds separators, decimal marks and headings, `cells` has the numbers,
-`columns` gives columns by name in SI units, `grid` gives maps. Imports `runtime` only.
+`text` decodes files. `layout` finds separators, decimal marks and headings. `cells` converts
+numbers. `columns` gives columns by name in SI units. `grid` gives maps. Imports `runtime` only.
 """

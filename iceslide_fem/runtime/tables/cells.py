@@ -14,7 +14,7 @@ import numpy as np
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 
-# Words for a value that is missing, in small letters; so are stars, dashes and dots.
+# Words for a missing value, in lower case; stars, dashes and dots also mean one.
 MISSING = {"", "nan", "-nan", "na", "n/a", "#n/a", "#nv", "null", "none", "bad", "nodata", "?"}
 MISSING |= {"#num!", "#zahl!", "#div/0!", "#value!", "#wert!", "1.#qnan", "-1.#ind", "1.#ind"}
 _STARS = re.compile(r"\*+|-+|\.{2,}")
@@ -34,11 +34,11 @@ class Line(NamedTuple):
 
 @dataclass(frozen=True)
 class TextTable:
-    """Rows of cells. `said`: what messages call it.
+    """Rows of cells. `said`: its name in messages.
 
-    above: remarks and lines before the heading; heading: names of the columns, () without any;
-    units: of a second row of the heading, () without any; width: number of columns; separator:
-    None is blanks; decimal: the decimal mark; ended: a separator ends every row.
+    above: comments and lines before the heading; heading: names of the columns, () without any;
+    units: of a second heading row, () without one; width: number of columns; separator: None for
+    blanks; decimal: the decimal mark; ended: whether a separator ends every row.
     """
 
     said: str
@@ -56,14 +56,14 @@ class TextTable:
         return (split(line.text, self.separator)[: self.width] for line in self.lines)
 
     def filled(self) -> TextTable:
-        """The table up to its last row that has a value: spreadsheets write empty ones below."""
+        """The table up to its last row with a value; spreadsheets append empty rows."""
         last = len(self.lines)
         while last > 1 and not any(split(self.lines[last - 1].text, self.separator)):
             last -= 1
         return replace(self, lines=self.lines[:last])
 
     def numbers(self) -> Array:
-        """All values, (rows, columns), NaN where one is missing. Raises SceneError."""
+        """All values, (rows, columns), NaN if missing. Raises SceneError."""
         values = np.empty((len(self.lines), self.width))
         for row, (line, cells) in enumerate(zip(self.lines, self.rows(), strict=True)):
             try:
@@ -92,7 +92,7 @@ class TextTable:
         self.refuse(f'{self.place(row, column)}: "{text[:40]}" {reason}')
 
     def place(self, row: int, column: int) -> str:
-        """Row and column in words; rows and columns count from 1 there."""
+        """Row and column in words, counted from 1."""
         name = self.heading[column] if column < len(self.heading) else ""
         line = self.lines[row].number
         where = f"row {row + 1}" + (f" (line {line})" if line != row + 1 else "")
@@ -104,8 +104,8 @@ class TextTable:
 
 
 def split(line: str, separator: str | None) -> list[str]:
-    """Cells of a line, without the blanks around them; a quoted cell may hold the separator."""
-    if separator is None:  # no-break blanks, which split() takes for blanks, separate nothing
+    """Stripped cells of a line; a quoted cell may contain the separator."""
+    if separator is None:  # unlike str.split, no-break spaces do not separate
         return line.split() if line.isascii() else re.split(r"[ \t]+", line.strip(" \t"))
     cells = line.split(separator)
     if '"' in line:
@@ -115,7 +115,7 @@ def split(line: str, separator: str | None) -> list[str]:
 
 
 def number(cell: str, decimal: str = ".") -> float:
-    """The number in a cell, NaN if it is missing. Raises ValueError if it is neither."""
+    """The number in a cell, NaN if it is missing. Raises ValueError otherwise."""
     text = cell.strip().strip('"').strip()
     if text.lower() in MISSING or _STARS.fullmatch(text):
         return float("nan")
@@ -132,12 +132,12 @@ def number(cell: str, decimal: str = ".") -> float:
 
 
 def may_be_a_number(cell: str) -> bool:
-    """Whether a cell is a number, one with any marks between thousands, or missing."""
+    """Whether a cell is a number, also with thousands separators, or missing."""
     return not is_word(cell) or like_a_number(cell) is not None
 
 
 def is_word(cell: str) -> bool:
-    """Whether a cell is neither a number, with whatever decimal mark, nor missing."""
+    """Whether a cell is neither a number (with any decimal mark) nor missing."""
     for decimal in ".,":
         with contextlib.suppress(ValueError):
             number(cell, decimal)
@@ -146,6 +146,6 @@ def is_word(cell: str) -> bool:
 
 
 def like_a_number(cell: str) -> str | None:
-    """The text of a cell that has digits and marks only, without quotes; else None."""
+    """The text of a cell with digits and marks only, without quotes; else None."""
     text = cell.strip('"').translate(_MINUS)
     return text if _LIKE_A_NUMBER.fullmatch(text) else None

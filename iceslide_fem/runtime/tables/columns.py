@@ -1,4 +1,4 @@
-"""Columns of a table by their names, in SI units: those that its heading names."""
+"""Columns of a table by the names in its heading, in SI units."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _AFTER = re.compile(r"\s*(.*?)\s(?:/\s*|in\s)(\S+)\s*")  # pressure / bar, press
 
 
 class Wanted(NamedTuple):
-    """A column that is looked for. unit: SI, "" of a pure number; other: further names of it."""
+    """A wanted column. unit: SI, "" for a pure number; other: alternative names."""
 
     name: str
     unit: str
@@ -31,27 +31,27 @@ class Wanted(NamedTuple):
 
     @property
     def heading(self) -> str:
-        """How this program writes it: pressure_Pa, temperature_C, k."""
+        """The heading in this program's tables: pressure_Pa, temperature_C, k."""
         unit = self.unit.replace("/", "_per_").replace("*", "_")
         unit = {"K": "C"}.get(unit, unit)
         return f"{self.name}_{unit}" if unit else self.name
 
 
 def has_index(table: TextTable) -> bool:
-    """Whether the first column is one of row numbers, as pandas writes it."""
+    """Whether the first column has row numbers, as pandas writes them."""
     return bool(table.heading) and table.heading[0].casefold() in ("", "unnamed: 0", "index")
 
 
 def heading_unit(heading: str, unit: str) -> str | None:
-    """The unit that a heading names, if it is one of `unit` (SI, "" of a pure number), else None.
+    """The unit in a heading if it has the dimension of `unit` (SI, "" for none), else None.
 
-    "speed (m/s)", "speed [m/s]", "speed / m/s", "speed in m/s", "speed_m_per_s".
+    Forms: "speed (m/s)", "speed [m/s]", "speed / m/s", "speed in m/s", "speed_m_per_s".
     """
     return _named(heading, unit)[1]
 
 
 def units_named(lines: Iterable[str], unit: str) -> list[str]:
-    """Units of the dimension of the SI `unit` that lines above a table name, each once.
+    """Units with the dimension of `unit` in lines above a table, without duplicates.
 
     As in "Pressure (kPa)", "Units: kPa", "p in bar", "p_bar".
     """
@@ -65,16 +65,16 @@ def units_named(lines: Iterable[str], unit: str) -> list[str]:
 
 
 def places(table: TextTable, column: Wanted) -> list[int]:
-    """Which columns of the table, from 0, have the name of the wanted one."""
+    """Indices of columns with the name of the wanted one."""
     return [i for i, name in enumerate(table.heading) if _matches(name, column)]
 
 
 def find_columns(
     table: TextTable, wanted: Sequence[Wanted], needed: Sequence[str]
 ) -> dict[str, Array]:
-    """Values (rows,) in SI units by the names of those of the `wanted` that are there.
+    """Values (rows,) in SI units of the existing `wanted` columns, by name.
 
-    Raises SceneError if one of `needed` is not there, if one is twice or says no unit.
+    Raises SceneError if a `needed` column is missing, or a column is duplicate or has no unit.
     """
     found: dict[str, Array] = {}
     for column in wanted:
@@ -103,14 +103,14 @@ def read_columns(
 
 
 def column_unit(table: TextTable, index: int, unit: str) -> str | None:
-    """The unit of a column by its heading or the row of units below, if it is one of `unit`."""
+    """The unit of a column from its heading or the unit row, if it has the dimension of `unit`."""
     if index < len(table.units) and (given := table.units[index]):
         return si_unit(given, unit)
     return heading_unit(table.heading[index], unit) if index < len(table.heading) else None
 
 
 def to_si_units(values: Array, given: str, unit: str) -> Array:
-    """`values` in the unit `given` as values in the SI `unit`; both are of one dimension."""
+    """Convert `values` from the unit `given` to the SI `unit` of the same dimension."""
     zero, one = to_si(f"0 {given}", unit), to_si(f"1 {given}", unit)
     if zero == 0.0:
         return values if one == 1.0 else values * one
@@ -126,7 +126,7 @@ def _in_si(table: TextTable, index: int, column: Wanted) -> Array:
 
 
 def _refuse_unit(table: TextTable, index: int, unit: str, name: str, heading: str) -> NoReturn:
-    """Raise SceneError for a column with no unit, or that of another quantity."""
+    """Raise SceneError for a column without a unit, or with a unit of another quantity."""
     given = _written_unit(table, index)
     said = f'has the wrong unit "{given}"' if given else "says no unit"
     table.refuse(
@@ -136,7 +136,7 @@ def _refuse_unit(table: TextTable, index: int, unit: str, name: str, heading: st
 
 
 def _written_unit(table: TextTable, index: int) -> str:
-    """What stands in a heading, or below it, where the unit belongs; "" without any."""
+    """The text in the place of the unit in or below a heading; "" without any."""
     if index < len(table.units):
         return table.units[index]
     match = _IN_BRACKETS.fullmatch(table.heading[index])
@@ -151,7 +151,7 @@ def _matches(heading: str, column: Wanted) -> bool:
 
 
 def _named(heading: str, unit: str) -> tuple[str, str | None]:
-    """Name and unit of a heading; None as the unit if it has none of the dimension of `unit`."""
+    """Name and unit of a heading; the unit is None without one of the dimension of `unit`."""
     for form in (_IN_BRACKETS, _AFTER):
         if (match := form.fullmatch(heading)) is not None:
             written = next((part for part in match.groups()[1:] if part is not None), "")
@@ -173,9 +173,9 @@ def _plain(name: str) -> str:
 def columns_of_two(
     table: TextTable, units: tuple[str, str], example: str
 ) -> tuple[Array, Array, list[int]]:
-    """Two columns of any names in the SI `units`, and which they are; one of an index is left out.
+    """Two columns of any name in the SI `units`, and their indices; an index column is skipped.
 
-    Raises SceneError, which has the `example` of a heading.
+    Raises SceneError with the `example` of a heading.
     """
     wrong = f"has no header of two columns with units, as in {example}"
     places = list(range(table.width))

@@ -1,4 +1,4 @@
-"""Maps in text files: a matrix, perhaps with numbers of rows and columns around it."""
+"""Maps in text files: a matrix, optionally with row and column numbers."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ import numpy as np
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.tables.cells import MISSING, TextTable, number
 
-EVEN = 1e-3  # of their distance, by which places may miss an even grid
+EVEN = 1e-3  # tolerance of an even grid, over the spacing
 
 
 class Grid(NamedTuple):
-    """values: (rows, columns), NaN where one is missing; notes: what was left out, sentences."""
+    """values: (rows, columns), NaN if missing; notes: sentences on what was dropped."""
 
     values: Array
     notes: tuple[str, ...]
 
 
 def grid(table: TextTable) -> Grid:
-    """The map that a table holds, without names of columns, numbers of rows and of columns.
+    """The map in a table, without column names and without row and column numbers.
 
-    A first row and column that count, or give even places, around values are not values. Raises
-    SceneError if values are no numbers, or a first row could be either.
+    A first row and column that count, or have evenly spaced positions, are not values. Raises
+    SceneError if a value is not a number, or if a first row is ambiguous.
     """
-    # A last column of missing values leaves the same text.
+    # A last column of missing values looks the same.
     notes = ["a separator ends every row, which is taken for no further column"] * table.ended
     corner = _corner(table)
     if corner is not None:
@@ -61,7 +61,7 @@ def grid(table: TextTable) -> Grid:
 
 
 def is_list_of_points(table: TextTable) -> bool:
-    """Whether a table has columns x and y beside others, by its heading or by all of its places."""
+    """Whether a table has columns x and y and others, by its heading or its positions."""
     names = {name[:1].casefold() for name in table.heading if name[1:2] in ("", " ", "_", "(", "[")}
     if {"x", "y"} <= names:
         return True
@@ -72,7 +72,7 @@ def is_list_of_points(table: TextTable) -> bool:
 
 
 def _corner(table: TextTable) -> Array | None:
-    """Values of a table whose first row and column are even places."""
+    """Values of a table whose first row and column are evenly spaced positions."""
     rows = enumerate(table.rows())
     first = table.heading or next(rows)[1]
     corner, *labels = first
@@ -100,8 +100,9 @@ def _is_number(cell: str, decimal: str) -> bool:
 
 
 def _enough(values: Array) -> bool:
-    """Whether no chance makes the row and the column beside these values even: where the corner
-    has a number, they might be values too, as all of a ramp are.
+    """Whether there are enough positions to exclude even spacing by chance.
+
+    If the corner has a number, the first row and column may also be values, as in a ramp.
     """
     return min(values.shape) >= 5 and not all(map(_even, values))
 

@@ -1,6 +1,6 @@
-"""How a table in text is laid out: separator, decimal mark, heading, rows.
+"""Layout of a table in text: separator, decimal mark, heading, rows.
 
-What a whole file says decides, not one line. What could be read in two ways is refused.
+The whole file decides, not one line. An ambiguous file is refused.
 """
 
 from __future__ import annotations
@@ -23,27 +23,27 @@ from iceslide_fem.runtime.tables.cells import (
 from iceslide_fem.runtime.tables.text import LARGEST_TABLE, read_text
 
 REMARKS = ("#", "%", "//")
-SEPARATORS: tuple[str | None, ...] = (";", "\t", ",", None)  # None: blanks
-LOOKED_AT, MOST_CELLS = 400, 10_000  # that decide on the separator, from all over the file
-_EITHER = re.compile(r"[+-]?[1-9][0-9]{0,2}[.,][0-9]{3}")  # 1,234: thousand, or one and a bit
+SEPARATORS: tuple[str | None, ...] = (";", "\t", ",", None)  # None for blanks
+LOOKED_AT, MOST_CELLS = 400, 10_000  # sample from the whole file that decides on the separator
+_EITHER = re.compile(r"[+-]?[1-9][0-9]{0,2}[.,][0-9]{3}")  # 1,234: 1234 or 1.234
 _SHEET_ERROR = re.compile(r"#(?:N/A|NV|NUM|ZAHL|DIV|VALUE|WERT)\b", re.IGNORECASE)
 _FOUR_DIGITS = re.compile(r"(?<![0-9.,])[0-9]{4}")
 _TWO_COMMAS = re.compile(r",[0-9]*,")
-_UNIT_BELOW = re.compile(r"[\[(]?[^\s\d]*\S?[\])]?")  # of a heading, in a row of its own
+_UNIT_BELOW = re.compile(r"[\[(]?[^\s\d]*\S?[\])]?")  # of a separate row of units
 _NAME_AND_UNIT = re.compile(r"[^\s(\[]+(?:\s*[(\[][^)\]]*[)\]])?")
 
 
 def read_table(path: Path, said: str, largest: int = LARGEST_TABLE) -> TextTable:
-    """The table in the file at `path`. `said`: what messages call it, before its path.
+    """The table in the file at `path`. `said`: its name in messages, before the path.
 
-    Raises SceneError, one sentence, if it cannot be read, holds no numbers or rows of different
-    lengths, or could be read in two ways.
+    Raises SceneError if it cannot be read, has no numbers, has rows of different lengths, or is
+    ambiguous.
     """
     return parse(read_text(path, said, largest), f"{said} {path}")
 
 
 def parse(text: str, said: str) -> TextTable:
-    """The table that a text holds; see `read_table`."""
+    """The table in a text; see `read_table`."""
     remarks, lines, separators = _lines(text)
     if not any(line.text.strip() for line in lines):
         raise SceneError(f"{said} has no numbers in it")
@@ -79,13 +79,13 @@ def parse(text: str, said: str) -> TextTable:
 
 
 def _lines(text: str) -> tuple[list[str], list[Line], Sequence[str | None]]:
-    """Remarks without their marks, all other lines that hold something, possible separators."""
+    """Comments without marks, all other non-empty lines, and possible separators."""
     remarks: list[str] = []
     lines: list[Line] = []
     separators = SEPARATORS
     for number_, line in enumerate(text.rstrip("\x1a").splitlines(), start=1):
         bare = line.strip(" \N{NO-BREAK SPACE}")
-        if number_ == 1 and (given := re.fullmatch(r'"?sep=(.)"?', bare)):  # as Excel has it
+        if number_ == 1 and (given := re.fullmatch(r'"?sep=(.)"?', bare)):  # of Excel
             separators = (given[1],)
         elif bare.startswith(REMARKS) and not _SHEET_ERROR.match(bare):
             remarks.append(bare.lstrip("#%/").strip())
@@ -95,9 +95,9 @@ def _lines(text: str) -> tuple[list[str], list[Line], Sequence[str | None]]:
 
 
 def _separator(lines: Sequence[Line], allowed: Sequence[str | None]) -> str | None:
-    """The separator by which most lines, or without any such line most cells, are numbers.
+    """The separator with the most lines of numbers, or else the most cells of numbers.
 
-    Lines from everywhere in the file are looked at; of equals the first one is taken.
+    Lines are sampled from the whole file. The first of equal separators is taken.
     """
     if len(allowed) == 1:
         return allowed[0]
@@ -119,7 +119,7 @@ def _separator(lines: Sequence[Line], allowed: Sequence[str | None]) -> str | No
 
 
 def _names(line: str, separator: str | None, count: int) -> list[str]:
-    """Cells of a line above the rows; between blanks a unit in brackets belongs to its name."""
+    """Cells of a line above the rows; with blanks, a unit in brackets belongs to its name."""
     cells = [cell.strip('"').strip() for cell in split(line, separator)]
     if separator is None and len(cells) != count:
         return _NAME_AND_UNIT.findall(line)
@@ -127,14 +127,14 @@ def _names(line: str, separator: str | None, count: int) -> list[str]:
 
 
 def _usual(counts: Sequence[int]) -> int:
-    """The most frequent number of cells; of several that of the last line."""
+    """The most frequent number of cells; for ties that of the last line."""
     often = Counter(counts)
     candidates = [count for count, times in often.items() if times == max(often.values())]
     return counts[-1] if counts[-1] in candidates else candidates[-1]
 
 
 def _begins(cells: Sequence[str]) -> bool:
-    """Whether a row is one of values: it has a number, or nothing but missing ones."""
+    """Whether a row has values: a number, or only missing values."""
     return not all(map(is_word, cells)) and (
         any(not is_word(cell) and cell.strip('"').lower() not in MISSING for cell in cells)
         or not any(map(is_word, cells))
@@ -144,10 +144,10 @@ def _begins(cells: Sequence[str]) -> bool:
 def _ends_in_separators(
     head: Sequence[str], data: Sequence[Line], separator: str | None, width: int
 ) -> int:
-    """1 if a separator ends every row, which makes no column; else 0.
+    """1 if a separator ends every row without a further column; else 0.
 
-    Without a heading, empty cells elsewhere may mean that the last column is missing throughout:
-    so it is if the first one, or the one before the last, is as well.
+    Without a heading, the last column may instead be completely missing. This is assumed if the
+    first column, or the one before the last, is also missing.
     """
     if separator is None or width < 2 or any(line.text[-1] != separator for line in data):
         return 0
@@ -162,7 +162,7 @@ def _ends_in_separators(
 def _heading(
     heads: Sequence[Sequence[str]], width: int
 ) -> tuple[tuple[str, ...], tuple[str, ...], int]:
-    """Names, units of a second row below them, and how many lines are above."""
+    """Names, units of a second row, and the number of lines above."""
     fits = [len(head) in (width, width + 1) and head[width:] in ([], [""]) for head in heads]
     if not fits or not fits[-1]:
         return (), (), len(heads)
@@ -173,12 +173,12 @@ def _heading(
 
 
 def _decimal(said: str, data: Sequence[Line], separator: str | None) -> str:
-    """The decimal mark of all rows. Raises SceneError if it is unclear, or thousands are marked."""
-    quoted = separator == ","  # commas are in cells only where these are quoted
+    """The decimal mark of all rows. Raises SceneError if ambiguous, or with thousands marks."""
+    quoted = separator == ","  # only quoted cells contain commas
     commas: set[str] = set()
     points: set[str] = set()
-    whole = False  # numbers of four digits or more without any mark: thousands have none
-    sure = {",": False, ".": False}  # that a mark is a decimal one
+    whole = False  # a number of four or more digits without a mark: no thousands marks
+    sure = {",": False, ".": False}  # whether a mark is certainly decimal
     for line in data:
         if "," not in line.text and (separator != ";" or sure["."] or "." not in line.text):
             whole = whole or _FOUR_DIGITS.search(line.text) is not None
@@ -188,7 +188,7 @@ def _decimal(said: str, data: Sequence[Line], separator: str | None) -> str:
         if sure[","] and "." not in line.text and not _TWO_COMMAS.search(line.text):
             continue
         for cell in split(line.text, separator):
-            if (text := like_a_number(cell)) is None or text.count(".") > 1:  # dates have two
+            if (text := like_a_number(cell)) is None or text.count(".") > 1:  # no dates
                 continue
             mark = "," if "," in text else "."
             if mark in text:

@@ -1,4 +1,4 @@
-"""Text of a file in the encodings that spreadsheets and instruments write."""
+"""Text of a file in the encodings of spreadsheets and instruments."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from iceslide_fem.runtime.files import check_regular
 
 LARGEST_TABLE = 10_000_000  # bytes
 LARGEST_MAP = 400_000_000
-ZEROS = 0.7  # of every second byte, in UTF-16 without a mark
+ZEROS = 0.7  # fraction of zeros in every second byte, in UTF-16 without a byte order mark
 _MARKS = (
     (codecs.BOM_UTF8, "utf-8-sig"),
     (codecs.BOM_UTF32_LE, "utf-32"),  # begins like that of UTF-16
@@ -22,11 +22,11 @@ _CONTROL = bytes(set(range(32)) - {*b"\t\n\v\f\r\x1a\x1b"})  # what no text has
 
 
 def read_text(path: Path, said: str, largest: int = LARGEST_TABLE) -> str:
-    """Text of the file at `path`, of which messages speak as `said`.
+    """Text of the file at `path`; said: its name in messages.
 
-    UTF-8, UTF-16 and UTF-32 are told by their byte order marks, UTF-16 also by its zeros; what is
-    none of these is taken for Windows-1252, the superset of Latin-1. Raises SceneError if it is no
-    regular file (a device has no end), is larger than `largest` bytes or is no text.
+    UTF-8, UTF-16 and UTF-32 are recognised by byte order marks, UTF-16 also by its zeros. Other
+    text is taken as Windows-1252, the superset of Latin-1. Raises SceneError if it is not a regular
+    file, is larger than `largest` bytes or is not text.
     """
     check_regular(path, said)
     try:
@@ -36,7 +36,7 @@ def read_text(path: Path, said: str, largest: int = LARGEST_TABLE) -> str:
             return decoded(path.read_bytes())
     except OSError as error:
         reason = error.strerror or str(error)
-    except ValueError as error:  # no text, or a name that no file can have
+    except ValueError as error:  # not text, or an invalid file name
         reason = "it is not a text file"
         if "archive" in str(error):
             reason = "it is a spreadsheet or an archive; save it as CSV"

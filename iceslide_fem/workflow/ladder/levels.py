@@ -1,7 +1,7 @@
-"""Which levels of the model hierarchy are worth running for a scene.
+"""The levels of the model hierarchy that are worth running for a scene.
 
-Those that the estimates of `run.simplifications` show to differ by less than the tolerance from
-another one are not.
+A level is skipped if its estimated difference from another level is below the tolerance
+(`runs.simplifications`).
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from iceslide_fem.scene.contact_age import ages_in_warm_rubber
 def levels(
     scene: Scene, found: Simplifications, factors: Sequence[float]
 ) -> tuple[list[ModelLevel], dict[ModelLevel, str]]:
-    """Levels worth running, cheap ones first, and the others with the reason.
+    """Levels worth running, sorted by cost, and the skipped ones with the reason.
 
-    `factors` multiply the scene's refinement, as far as scenes allow it.
+    `factors` multiply the scene's refinement, within the allowed range.
     """
     numerics, own_mesh = scene.numerics, scene.rubber.mesh is not None
-    # where ice passes, a point stands for it by the time that it is below the block
+    # on sliding ice a point represents the ice by its time below the block
     on_ice = scene.film.carrier == "ice" and scene.friction.law == "film"
     has_point = scene.ice.motion == "attached" or (
         on_ice and not scene.rubber.heat and not own_mesh
@@ -53,19 +53,19 @@ def levels(
 
 
 def _heats(scene: Scene) -> tuple[str, ...]:
-    """Models of the ice's heat that can be what the scene says of the ice, the finest last."""
+    """Heat models of the ice that the scene allows, the finest last."""
     ice = scene.ice
     if ice.mesh is not None or ice.has_rows:
         return ("mesh",)
     if not ice.is_half_space:
         return ("column", "mesh")
     closed_form = ("half-space",) if ice.motion == "attached" and not scene.rubber.heat else ()
-    meshed = ("mesh",) if ice.heat == "mesh" else ()  # it gives what continuum ice gives, slower
+    meshed = ("mesh",) if ice.heat == "mesh" else ()  # equal to continuum ice, but slower
     return (*closed_form, "column", "continuum", *meshed)
 
 
 def _needless(level: ModelLevel, found: Simplifications, tolerance: float) -> str:
-    """Which level gives the same as this one, by the estimates; empty if none does."""
+    """Reason to skip a level that equals another one by the estimates; "" without one."""
 
     def same(other: str, what: str, effect: float) -> str:
         small = effect <= tolerance

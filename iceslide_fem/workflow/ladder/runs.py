@@ -1,7 +1,6 @@
-"""One scene on every level of the model ladder: error and cost, and the cheapest that suffices.
+"""One scene on every level of the model hierarchy: error, cost, and the cheapest sufficient level.
 
-Levels that are worth running (`levels`) are run in the order of their cost; the finest is what all
-are compared with.
+Levels worth running (`levels`) run in the order of cost. All are compared with the finest one.
 """
 
 from __future__ import annotations
@@ -33,7 +32,7 @@ from iceslide_fem.workflow.ladder.levels import levels
 
 
 class LevelResult(NamedTuple):
-    """A level: its run, or why there is none; memory (bytes, all ranks).
+    """A level: its run, or the reason without one; memory (bytes, all ranks).
 
     largest, rms: relative difference of mu(t) to the finest level's; NaN without a run.
     """
@@ -60,8 +59,8 @@ def climb(
 ) -> tuple[list[LevelResult], Simplifications]:
     """Run `scene` on every level worth it, into directories below `out`. Collective.
 
-    `tell` is called with a line before every run; `force`: replace what else `out` holds. Raises
-    SceneError where it may not write there, or the user's mesh can't be used.
+    tell: called with a line before every run; force: replace other results in `out`. Raises
+    SceneError if it may not write there, or the user's mesh is unsuitable.
     """
     with failing_together(MPI.COMM_WORLD), ExitStack() as claim:
 
@@ -77,7 +76,7 @@ def climb(
 
 
 def _other_results(scene: Scene, out: Path) -> str | None:
-    """What the results in `out` are, unless levels of this scene."""
+    """Description of results in `out` that are not levels of this scene, else None."""
     free = ("model", "ice.heat", "numerics.refinement")
     summaries = [json.loads(path.read_bytes()) for path in out.glob("*/summary.json")]
     if not summaries or (out / "summary.json").is_file():
@@ -123,13 +122,13 @@ def compared(outcomes: Sequence[LevelResult]) -> list[LevelResult]:
 
 
 def finest_of(outcomes: Sequence[LevelResult]) -> LevelResult | None:
-    """The finest level that was run to its end."""
+    """The finest completed level."""
     done = (one for one in outcomes if one.run is not None)
     return max(done, key=lambda one: fineness(one.level), default=None)
 
 
 def cheapest_of(outcomes: Sequence[LevelResult], tolerance: float) -> LevelResult | None:
-    """The quickest run whose largest difference is within `tolerance`."""
+    """The fastest run with a largest difference within `tolerance`."""
     good = [one for one in outcomes if one.run is not None and one.largest <= tolerance]
     return min(good, key=lambda one: one.run.summary["wall_s"] if one.run else 0.0, default=None)
 
@@ -162,29 +161,29 @@ def _outcome(scene: Scene, level: ModelLevel, out: Path) -> LevelResult:
     except SimulationStopped as reason:
         return LevelResult(level, None, f"stopped: {reason}", _peak_memory())
     memory = _peak_memory()
-    MPI.COMM_WORLD.barrier()  # rank 0 has written everything
+    MPI.COMM_WORLD.barrier()  # until rank 0 has written everything
     return LevelResult(level, read_run(folder), "", memory)
 
 
 def _compile(scene: Scene, level: ModelLevel) -> None:
-    """Compile the forms of a level by a short, coarse run, so that it doesn't count. Collective."""
+    """Compile the forms of a level by a short, coarse run, outside the timing. Collective."""
     duration = max(1e-6, 1e-3 * scene.load.duration)
     short = scene.model_copy(update={"load": scene.load.model_copy(update={"duration": duration})})
     comm = MPI.COMM_WORLD
     with tempfile.TemporaryDirectory() as folder:
-        with suppress(SimulationStopped):  # too coarse to find equilibrium: compiled all the same
+        with suppress(SimulationStopped):  # maybe too coarse for equilibrium, but compiled
             run(on_level(short, level._replace(refinement=0.25)), comm.bcast(folder))
         comm.barrier()
 
 
 def _reset_peak_memory() -> None:
-    """Let Linux forget this process's peak of memory; else it is that of all levels until now."""
+    """Reset this process's peak memory on Linux; else it includes earlier levels."""
     with suppress(OSError):
         Path("/proc/self/clear_refs").write_text("5")
 
 
 def _peak_memory() -> float:
-    """Bytes that the processes together had in memory at their peaks. Collective."""
+    """Sum of the peak memories of all processes, bytes. Collective."""
     status = Path("/proc/self/status").read_text()
     kilobytes = next(line.split()[1] for line in status.splitlines() if line.startswith("VmHWM"))
     return float(MPI.COMM_WORLD.allreduce(1024.0 * float(kilobytes), op=MPI.SUM))

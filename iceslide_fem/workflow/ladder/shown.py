@@ -1,4 +1,4 @@
-"""What `iceslide ladder` shows: tables, and mu(t) and error against seconds of every level."""
+"""Output of `iceslide ladder`: tables, and a chart of mu(t) and of error against time."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def ladder_chart(
     figure.suptitle(title, fontsize=13, fontweight="bold")
     curves, costs = figure.subplots(1, 2)
     finest = finest_of(outcomes)
-    floor = 1e-2 * tolerance  # smaller differences, exact agreement too, are drawn here
+    floor = 1e-2 * tolerance  # smaller differences are drawn here
     for outcome in outcomes:
         if outcome.run is None:
             continue
@@ -52,7 +52,7 @@ def ladder_chart(
                 "finest level",
                 (seconds, 1.0),
                 (-4, -2),
-                xycoords=("data", "axes fraction"),  # slow levels have small errors: none up here
+                xycoords=("data", "axes fraction"),  # free space: slow levels have small errors
                 textcoords="offset points",
                 ha="right",
                 va="top",
@@ -70,7 +70,7 @@ def ladder_chart(
         "tolerance",
         (1.0, tolerance),
         (4, 0),
-        xycoords=("axes fraction", "data"),  # beside the panel, where no mark can be
+        xycoords=("axes fraction", "data"),  # beside the panel
         textcoords="offset points",
         color=RED,
         va="center",
@@ -97,7 +97,7 @@ def ladder_chart(
 
 
 def simplification_table(found: Simplifications, tolerance: float) -> Table:
-    """What the levels leave out, as estimated before anything was run."""
+    """Table of the simplifications, as estimated before any run."""
     table = Table(title="What may be neglected? (estimates)", title_justify="left")
     for heading in ("neglecting with", "number", "", "moves mu by", ""):
         table.add_column(heading, justify="right" if heading in ("", "moves mu by") else "left")
@@ -128,7 +128,7 @@ def ladder_table(outcomes: Sequence[LevelResult]) -> Table:
 
 
 def not_run(outcomes: Sequence[LevelResult]) -> list[str]:
-    """A sentence for each reason why levels were not run, or not to their end."""
+    """A sentence for each reason of levels that did not run, or not to their end."""
     reasons: dict[str, list[str]] = {}
     for outcome in outcomes:
         if outcome.run is None:

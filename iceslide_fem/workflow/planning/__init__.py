@@ -1,4 +1,4 @@
-"""What a scene needs and costs before it runs: dimensionless numbers, levels, seconds.
+"""Planning of a run: dimensionless numbers, estimates and cost before it starts.
 
 Imports `scene`, `film`, `laws`, `mesh`, the point of `runs`, and the table of `output`.
 """

@@ -1,4 +1,4 @@
-"""What the contact's age does to k, before anything runs."""
+"""Effect of the contact's age on k, before a run."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from iceslide_fem.workflow.planning.row import Row
 
 
 def aged_contact(scene: Scene) -> list[Row]:
-    """k at the end of the contact under the nominal pressure, and what has crept by then."""
+    """k at the end of contact under the nominal pressure, and the creep compliance."""
     if (age := contact_age(scene)) is None:
         return []
     passes = scene.ice.motion == "sliding" and scene.film.carrier == "ice"

@@ -1,12 +1,12 @@
-"""What a run will cost, roughly: steps, unknowns, memory, and time on one core.
+"""Estimated cost of a run: steps, unknowns, memory, and time on one core.
 
-Steps follow the film and the heat below it, so they are counted on the point level at the same
-tolerance, which takes a tenth of a second; a block, which is solved where its own motion asks for
-it, needs some dozens and then half as many at 1e-2, more at smaller tolerances. Where ice slides a
-step is no longer than the passage of some of its cells. Memory and time per step follow the
-unknowns. The constants are from runs on one 2020s core with OpenBLAS, forms compiled before, by
-scripts.studies.cost_estimates; the estimates are within a factor of two of those runs
-(tests/test_cost.py). Other scenes may be farther off.
+Steps follow the film and the heat below it, so they are counted in a point run at the same
+tolerance, which takes a tenth of a second. A block is solved when its motion requires it: some
+dozens of times, then half as often as a point steps at 1e-2, more at smaller tolerances. On sliding
+ice a step is limited to the passage of some cells. Memory and time per step depend on the unknowns.
+The constants are from runs on one 2020s core with OpenBLAS and compiled forms
+(scripts.studies.cost_estimates). The estimates are within a factor of two of those runs
+(tests/test_cost.py). Other scenes may deviate more.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from iceslide_fem.runs.point import point_history
 from iceslide_fem.scene import Scene
 from iceslide_fem.workflow.planning.passes import single_pass
 
-FEWEST_STEPS = 40  # that a block's own motion asks for
+FEWEST_STEPS = 40  # least number, for the motion of a block
 STEPS_PER_POINT_STEP = 0.5  # at a tolerance of 1e-2
-TIGHTER = 0.55  # a block's steps grow faster with 1 / tolerance than a point's, by this power
-FIXED_STEPS = 40  # of a block whose integrator has no error estimate
-# Seconds of a start, and per step: fixed, and for every n^(3/2) of a plane's or n^(4/3) of a
-# block's n unknowns of rubber; fixed, and for every node of continuum ice and of ice on a mesh. The
-# direct solver's work grows so. Fitted by scripts.studies.cost_estimates, which prints them.
+TIGHTER = 0.55  # additional power of 1 / tolerance in a block's number of steps
+FIXED_STEPS = 40  # of a block with fixed steps
+# Seconds of the start, and per step: a constant, and per n^(3/2) (slice) or n^(4/3) (block) of n
+# rubber unknowns, as the direct solver scales; a constant, and per node of continuum ice and of
+# meshed ice. Fitted and printed by scripts.studies.cost_estimates.
 START_SECONDS = 2.2
 PLANE_SECONDS = 0.014, 1.1e-8
 SPACE_SECONDS = 0.036, 2.2e-7
@@ -50,7 +50,7 @@ class Cost(NamedTuple):
 
 
 def estimate(scene: Scene) -> Cost:
-    """Expected cost of a run. Raises SceneError if the user's mesh can't be used."""
+    """Expected cost of a run. Raises SceneError if the user's mesh is unsuitable."""
     steps = expected_steps(scene)
     if scene.model == "point":
         return Cost(steps, 0, 0, POINT_MEMORY, START_SECONDS + POINT_SECONDS * steps)
@@ -72,14 +72,14 @@ def step_seconds(dimensions: int, rubber: int, ice: int, heat: str) -> float:
 
 
 def work_power(dimensions: int) -> float:
-    """Power of the unknowns with which the work of a step grows."""
+    """Exponent of the number of unknowns in the work of a step."""
     return 3 / 2 if dimensions == 2 else 4 / 3
 
 
 @lru_cache(maxsize=1)
 def point_rows(scene: Scene) -> list[HistoryRow]:
     """History of the scene's point level, of its first pass, at the nominal pressure."""
-    # a block is solved for as long as it slides, whatever the time that ice is below it
+    # a block runs for its duration, independent of the transit time of ice
     motion = scene.ice.motion if scene.model == "point" else "attached"
     ice = scene.ice.model_copy(update={"motion": motion})
     update: dict[str, object] = {"model": "point", "ice": ice}
@@ -105,4 +105,4 @@ def expected_steps(scene: Scene) -> int:
 
         distance = cells_in_a_step(scene) * window_cell(scene)
         fewest = max(fewest, duration * scene.load.speeds.largest / distance)
-    return ceil(fewest - 1e-6)  # not one more for rounding
+    return ceil(fewest - 1e-6)  # against rounding

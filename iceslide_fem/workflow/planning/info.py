@@ -1,4 +1,4 @@
-"""What a scene means before it is run: layer depths, dimensionless numbers, time scales, cost."""
+"""Description of a scene before a run: layer depths, dimensionless numbers, time scales, cost."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ from iceslide_fem.workflow.planning.regime import regime
 from iceslide_fem.workflow.planning.relaxation import relaxation_rows
 from iceslide_fem.workflow.planning.row import Row
 
-# sqrt(alpha t) over the contact's shortest side up to which columns of ice are good enough. At
-# 0.09 they change mean mu by 0.8 % and cold ice beside the contact changes it by 2.7 % (slice of
+# Largest sqrt(alpha t) over the contact's shortest side for which columns of ice suffice. At 0.09
+# columns change the mean mu by 0.8 %, and cold ice beside the contact changes it by 2.7 % (slice of
 # thesis_1bar; docs/validation/published.md).
 LATERAL_FRACTION = 0.1
 
@@ -31,7 +31,7 @@ LATERAL_FRACTION = 0.1
 def describe(scene: Scene) -> list[Row]:
     """Rows for `iceslide info`, at the scene's nominal pressure.
 
-    Raises SceneError if the user's mesh can't be used.
+    Raises SceneError if the user's mesh is unsuitable.
     """
     if scene.model == "point":
         size: tuple[float, ...] = (scene.rubber.length, scene.rubber.height)
@@ -52,7 +52,7 @@ def describe(scene: Scene) -> list[Row]:
 
 
 def _load(scene: Scene) -> list[Row]:
-    """Ranges of loads that go in time; the other rows take their means, or what is at t = 0."""
+    """Ranges of loads that change in time; other rows use their means, or values at t = 0."""
     found = []
     for name, course, unit in (
         ("pressure", scene.load.pressures, "Pa"),
@@ -72,8 +72,8 @@ def _load(scene: Scene) -> list[Row]:
 def _heat(scene: Scene, size: tuple[float, ...]) -> list[Row]:
     """Depth sqrt(alpha t) warmed in time t, and Peclet number v L / alpha.
 
-    Heat spreads sideways as far as it goes down, so columns of ice are exact up to a fraction of
-    the contact of the order of sqrt(alpha t) over its shortest side.
+    Heat diffuses as far sideways as downwards. The relative error of columns of ice is of the order
+    of sqrt(alpha t) over the contact's shortest side.
     """
     v, L, duration = scene.load.speeds.mean, size[0], scene.load.duration
     heated, when = duration, "√(α t) at the end"
@@ -130,7 +130,7 @@ def _film(scene: Scene, size: tuple[float, ...]) -> list[Row]:
 
 
 def _times(height: float, squeezing: float, melting: float) -> list[Row]:
-    """How fast a film of the `height` h0 (m) changes, with K3 (1/(m2 s)) and K1 (m2/s)."""
+    """Time scales of a film of `height` h0 (m), with K3 (1/(m2 s)) and K1 (m2/s)."""
     if not height:
         return []
     return [
@@ -145,7 +145,7 @@ def _times(height: float, squeezing: float, melting: float) -> list[Row]:
 
 
 def _law(scene: Scene, law: InterfaceLaw) -> list[Row]:
-    """What rubs in place of the film, and its friction at t = 0."""
+    """The friction law that replaces the film, and its friction at t = 0."""
     p, v = scene.load.pressures.first, scene.load.speeds.first
     start = law.at_start(scene.initial_height, 1)
     mu = float(start(np.array([p]), np.array([v]))[0][0]) / p
@@ -157,7 +157,7 @@ def _law(scene: Scene, law: InterfaceLaw) -> list[Row]:
 
 
 def _viscosity(scene: Scene) -> list[Row]:
-    """The range of viscosities that films may have, where they are a table's."""
+    """Range of film viscosities, if they are given by a table."""
     if (table := scene.water.table) is None:
         return []
     warm = readable(float(table(scene.ice.melting_temperature)), "Pa*s")
@@ -166,7 +166,7 @@ def _viscosity(scene: Scene) -> list[Row]:
 
 
 def _table(scene: Scene, size: tuple[float, ...], mu: float) -> list[Row]:
-    """Whose k, D and H_V are taken, the range of local pressures and the load that they cover."""
+    """Source of k, D and H_V, their range of pressures, and the fraction of the load in it."""
     table, p = scene.contact_parameters, scene.load.pressures.mean
     if not isinstance(table, ContactTable):
         return [Row("film", "k, D, H_V", "constant", "given in the scene, at every pressure")]
@@ -188,8 +188,8 @@ def _table(scene: Scene, size: tuple[float, ...], mu: float) -> list[Row]:
 def covered_load(table: ContactTable, pressure: float, tilt: float) -> float:
     """Fraction of the load under local pressures that the table covers.
 
-    `pressure` (Pa) is its mean over the contact: along the block it is the line 1 + tilt x, x from
-    -1 to 1, cut off at 0 where the edge lifts. The edges' peaks are left out.
+    pressure: mean over the contact, Pa. Along the block the relative pressure is 1 + tilt x, x from
+    -1 to 1, at least 0 (lifted edge). Peaks at the edges are neglected.
     """
     x = np.linspace(-1.0, 1.0, 2001)
     local = np.maximum(1.0 + tilt * x, 0.0)
@@ -210,7 +210,7 @@ def _rubber(scene: Scene, size: tuple[float, ...]) -> list[Row]:
         Row("rubber", "shear wave time", readable(wave, "s"), of_run),
         *relaxation_rows(scene),
     ]
-    if not scene.rubber.inertia and scene.rubber.mesh is None:  # what a quasi-static box leaves out
+    if not scene.rubber.inertia and scene.rubber.mesh is None:  # error of the quasi-static box
         effect = f"{simplifications(scene).inertia.effect:.2g}"
         meaning = "of μ(t) for a moment at most, of its mean far less: rubber.inertia resolves it"
         rows.append(Row("rubber", "inertia left out", effect, meaning))
@@ -243,7 +243,7 @@ def _mesh(scene: Scene) -> list[Row]:
 
 
 def _ice_mesh(scene: Scene) -> list[Row]:
-    """Cells of the ice and of what is below it, and how fine they are at the surface."""
+    """Cells of ice and layers, and their size at the surface."""
     from iceslide_fem.mesh.ice_body import ice_body
 
     tagged = ice_body(scene)
@@ -258,7 +258,7 @@ def _ice_mesh(scene: Scene) -> list[Row]:
 
 
 def _cost(scene: Scene) -> list[Row]:
-    """What a run takes; see `cost` for what the estimates are worth."""
+    """Cost of a run; see `cost` for the accuracy of the estimates."""
     cost = estimate(scene)
     meaning, rows = "of the point level at this tolerance", []
     if cost.rubber_unknowns:

@@ -1,7 +1,7 @@
-"""A picture of the meshes: a slice's cells, or the outside of a block, and of ice that has a mesh.
+"""A picture of the meshes of rubber and ice: cells of a slice, or the surface of a block.
 
-A block's rubber is seen from below, its ice from above. Layers of ice are thin, so that a panel
-shows the leading edge of the contact alone; of a block in the plane of the smallest y.
+A block's rubber is seen from below, its ice from above. Layers of ice are thin, so another panel
+shows the leading edge of the contact; for a block in the plane of the smallest y.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ COLOURS = {"contact": "#d55e00", "walls": "#009e73", "plate": "#0072b2", "symmet
 COLOURS |= {"base": "#cc79a7"}
 FREE = "#eeeeee"
 ICE = "#c6e5f5"
-LAYERS = ("#ead6a8", "#bfdcb4", "#e3c3dc", "#d8b9a0", "#b6bfe0", "#9ec7c2")  # below it, in turn
-SHOWN_LAYERS = 40.0  # thicknesses of the topmost cells that the panel of the contact's edge shows
+LAYERS = ("#ead6a8", "#bfdcb4", "#e3c3dc", "#d8b9a0", "#b6bfe0", "#9ec7c2")  # below the ice, cyclic
+SHOWN_LAYERS = 40.0  # size of the panel of the edge, in thicknesses of the topmost cells
 
 
 def draw_mesh(scene: Scene, path: Path) -> None:
-    """Write a picture of the scene's rubber, and of its ice where heat goes through a mesh of it,
-    coloured by their parts and regions, lengths in mm, to `path`.
+    """Draw the mesh of the rubber, and of meshed ice, to `path`.
 
-    Raises SceneError if the scene has no rubber or it can't be meshed.
+    Colours are those of parts and regions; lengths are in mm. Raises SceneError if the scene has no
+    rubber, or it can't be meshed.
     """
     if scene.model == "point":
         raise SceneError('--picture draws the mesh of a slice or a block; model = "point" has none')
@@ -70,7 +70,7 @@ def _draw_block(figure: Figure, rubber: TaggedMesh, ice: TaggedMesh | None = Non
         axes = figure.add_subplot(1, 3, place, projection="3d")
         _draw_outside(axes, tagged, elevation)
         axes.set_title(what)
-        for axis in (axes.xaxis, axes.yaxis):  # few, of a body that is far deeper than long
+        for axis in (axes.xaxis, axes.yaxis):  # few ticks for a deep body
             axis.set_major_locator(MaxNLocator(ticks))
     _draw_edge(figure.add_subplot(1, 3, 3), _side(rubber), _side(ice))
 
@@ -92,7 +92,7 @@ def _draw_section(axes: Any, *meshes: TaggedMesh) -> None:
 
 
 def _draw_edge(axes: Any, rubber: TaggedMesh, ice: TaggedMesh) -> None:
-    """The leading edge of the contact, so near that the topmost cells of the ice can be seen."""
+    """The leading edge of the contact, enlarged to show the topmost cells of the ice."""
     _draw_section(axes, rubber, ice)
     heights = ice.points[ice.cells, -1]
     topmost = heights[heights.max(axis=1) >= 0.0]
@@ -120,7 +120,7 @@ def _side(tagged: TaggedMesh) -> TaggedMesh:
 
 
 def _draw_outside(axes: Any, tagged: TaggedMesh, elevation: float) -> None:
-    """The outer facets of a block, in the colours of their parts, or of the regions that it has."""
+    """The outer facets of a block, in the colours of their parts or regions."""
     for colour, facets in _outside(tagged):
         if len(facets):
             look: dict[str, Any] = {"facecolor": colour, "edgecolor": "black", "linewidth": 0.3}
@@ -133,7 +133,7 @@ def _draw_outside(axes: Any, tagged: TaggedMesh, elevation: float) -> None:
 
 
 def _outside(tagged: TaggedMesh) -> list[tuple[str, IntArray]]:
-    """Colours and the outer facets (n, corners) that have them."""
+    """Colours, and the outer facets (n, corners) of each."""
     outer = outer_facets(tagged)
     if tagged.body == "ice":
         regions = {
@@ -148,7 +148,7 @@ def _outside(tagged: TaggedMesh) -> list[tuple[str, IntArray]]:
 
 
 def _region_colours(tagged: TaggedMesh) -> dict[str, str]:
-    """Of the regions of a mesh by their names."""
+    """Colours of the regions of a mesh by name."""
     names = list(tagged.named_cells)
     if tagged.body != "ice":
         return dict.fromkeys(names, FREE)

@@ -1,4 +1,4 @@
-"""What passes over the same ice mean before they run: how many, how often, how warm it gets."""
+"""Passes over the same ice, described before a run: number, period, and temperature."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def single_pass(scene: Scene) -> Scene:
 
 
 def describe_passes(scene: Scene) -> list[Row]:
-    """Number and period of passes or rows, and how warm the ice is before the last one."""
+    """Number and period of passes or rows, and the ice temperature before the last one."""
     if not scene.several_passes:
         return []
     passes = scene_passes(scene)
@@ -48,17 +48,17 @@ def describe_passes(scene: Scene) -> list[Row]:
 
 
 def surface_before_last(scene: Scene) -> float:
-    """Temperature (K) of the surface before the last pass, about.
+    """Estimated surface temperature (K) before the last pass.
 
-    A half-space takes in every pass, of the time t_c, the flux q that the first one gives it: the
-    friction power where water freezes on it, else what of that warms the ice,
+    Each pass, of the time t_c, heats a half-space with the flux q of the first pass. q is the
+    friction power if water freezes, else the part of it that warms the ice:
 
         dT = 2 q / (e sqrt(pi)) sum over passes of (sqrt(a) - sqrt(a - t_c)),
 
-    with a the time since each began. Water W that the ice brings counts in q only where it is kept.
-    Where it freezes its heat adds rho L W / (e sqrt(pi a)), with a since the first pass. Above a
-    base that is held it gets no warmer than the steady mean q t_c R / period, with R the resistance
-    of ice and layers, and nowhere warmer than the melting point.
+    with the time a since the start of each pass. Water W on the ice is part of q only if it is
+    kept. If it freezes, its heat adds rho L W / (e sqrt(pi a)), with a since the first pass. Above
+    a held base the rise is at most the steady mean q t_c R / period, with the resistance R of ice
+    and layers. The temperature is at most the melting point.
     """
     passes, time = scene_passes(scene), exposure(scene)
     once, brought = single_pass(scene), scene.ice.water

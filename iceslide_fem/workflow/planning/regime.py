@@ -1,7 +1,7 @@
-"""Which mechanism rubs in a scene with dry shear: dry contact, a thin film, or a viscous one.
+"""Friction regime of a scene with dry shear: dry contact, mixed, or viscous film.
 
-The number is N = eta v / (h tau_b): of the resistances in series that `film.limiting_shear` has,
-that of dry rubber on ice over that of the film.
+The regime number is N = eta v / (h tau_b), the viscous shear stress of the film over the dry shear
+strength (see `film.limiting_shear`).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from iceslide_fem.scene.shear_strength import ShearStrength
 from iceslide_fem.workflow.planning.cost import point_rows
 from iceslide_fem.workflow.planning.row import Row
 
-# Numbers N from which on a contact is dry, and down to which it is viscous.
+# A contact is dry above the first number N, and viscous below the second one.
 DRY, VISCOUS = 10.0, 0.1
 
 

@@ -1,4 +1,4 @@
-"""How far rubber relaxes in a run, for `iceslide info`."""
+"""Relaxation of the rubber in a run, for `iceslide info`."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from iceslide_fem.workflow.planning.row import Row
 
 
 def relaxation_rows(scene: Scene) -> list[Row]:
-    """Young's modulus at the end of the run and after infinite time; nothing of elastic rubber."""
+    """Young's modulus at the end of the run and after infinite time; empty for elastic rubber."""
     relaxation = scene.rubber.relaxation
     if relaxation is None:
         return []

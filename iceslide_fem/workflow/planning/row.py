@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 
 class Row(NamedTuple):
-    """One line of the table: the group it stands in, name, value with unit, and its meaning."""
+    """One line of the table: group, name, value with unit, and meaning."""
 
     group: str
     quantity: str

@@ -1,4 +1,4 @@
-"""What is known to go wrong, or not to be resolved, before a scene runs: beyond its own notes."""
+"""Warnings before a run, in addition to the notes of the scene."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from iceslide_fem.workflow.planning.cost import point_rows
 
 
 def warnings(scene: Scene) -> list[str]:
-    """A sentence each, without its full stop. Raises SceneError if a user's mesh can't be used."""
+    """Warnings without full stop. Raises SceneError if a user's mesh is unsuitable."""
     if scene.model == "point":
         return _film(scene)
     return _film(scene) + _memory(scene) + _sides(scene) + _passing(scene)
 
 
 def _film(scene: Scene) -> list[str]:
-    """Films and friction of a point at the nominal pressure, where they leave the envelope."""
+    """Films and friction of a point at the nominal pressure outside the validated range."""
     low, high, _ = ENVELOPE["film", "initial_height"]
     rows = point_rows(scene)
     heights = [row.film_height_m for row in rows]
@@ -28,7 +28,7 @@ def _film(scene: Scene) -> list[str]:
             f"films of a point get {readable(min(heights), 'm')} to {readable(max(heights), 'm')} "
             f"high; {readable(low, 'm')} to {readable(high, 'm')} are known to work"
         )
-    rides = scene.ice.is_wet  # on water that need not melt
+    rides = scene.ice.is_wet  # water exists without melting
     film = scene.friction.law == "film" and not dry and not rides
     if film and not any(row.melted_fraction for row in rows):
         found.append(f"the ice below a point does not melt: {WITHOUT_MELTING}")
@@ -39,7 +39,7 @@ def _film(scene: Scene) -> list[str]:
 
 
 def _memory(scene: Scene) -> list[str]:
-    """A run that will be refused."""
+    """Warning of a run that is refused for memory."""
     from iceslide_fem.mesh.size import shortage  # loads gmsh
 
     short = shortage(scene)
@@ -47,7 +47,7 @@ def _memory(scene: Scene) -> list[str]:
 
 
 def _sides(scene: Scene) -> list[str]:
-    """A mesh whose sides pass through the ice when they lean onto it."""
+    """Warning of a mesh whose sides have no contact and may pass through the ice."""
     if scene.rubber.mesh is None:
         return []
     from iceslide_fem.mesh.completeness import only_lowest
@@ -62,7 +62,7 @@ def _sides(scene: Scene) -> list[str]:
 
 
 def _passing(scene: Scene) -> list[str]:
-    """A run that ends before ice has passed."""
+    """Warning of a run shorter than the transit time of the ice."""
     if scene.ice.motion != "sliding":
         return []
     from iceslide_fem.mesh.rubber import block_size

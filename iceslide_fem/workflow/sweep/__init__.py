@@ -1,9 +1,9 @@
-"""Parameter sweeps: one scene, every combination of the values that are varied.
+"""Parameter sweeps: one scene with every combination of varied values.
 
-Points are computed in one vectorised call, finite element cases in processes of their own. A
-case is known by its scene and the versions that compute it, so that a second sweep in the same
-directory computes what is missing, failed or changed. Imports `runs`, `postprocess` and
-what is below them; it starts simulations as processes.
+Points are computed in one vectorised call, finite element cases in separate processes. A case is
+identified by its scene and the program versions. A second sweep in the same folder computes only
+missing, failed or changed cases. Imports `runs`, `postprocess` and what is below them; it starts
+simulations as processes.
 """
 
 from __future__ import annotations
@@ -52,12 +52,12 @@ def run_sweep(
     say: Callable[[str], None] = lambda _: None,
     force: bool = False,
 ) -> xr.Dataset:
-    """Compute what `folder` does not hold yet of `plan`, and write the table of all of it.
+    """Compute the missing cases of `plan` in `folder`, and write the table of all cases.
 
-    Without `cores` finite element cases are not run: their scenes are written, and what others
-    have made of them is collected. `say` is given a line for every case that has ended. However
-    it ends, the table says what there is. `force`: results in `folder` that are not of cases of
-    this plan go first. Raises SceneError where it may not write there.
+    Without `cores` finite element cases are not run: their scenes are written, and existing results
+    are collected. say: called with a line for every finished case. The table is written even after
+    an error. force: first remove results in `folder` of other cases. Raises SceneError if it may
+    not write there.
     """
     scenes = {scene_hash(case.scene) for case in plan.cases}
     read = [path for case in plan.cases for path in case.scene.files.values()]
@@ -68,7 +68,7 @@ def run_sweep(
 
 
 def _other_results(scenes: set[str], folder: Path) -> str | None:
-    """What the results in `folder` are, unless of a sweep whose every case has one of `scenes`."""
+    """Description of results in `folder` unless all their cases are in `scenes`."""
     if not {path.name for path in results_in(folder)} & {"sweep.csv", "cases"}:
         return "results of another command"
     if not (folder / "sweep.csv").is_file():
@@ -112,14 +112,14 @@ def _run_sweep(
 
 
 def failures(dataset: xr.Dataset) -> list[str]:
-    """A line for each reason that kept cases from being done, with how many it kept."""
+    """A line for each reason of unfinished cases, with their number."""
     status, reason = dataset["status"].values.ravel(), dataset["reason"].values.ravel()
     kept = Counter((kind, why) for kind, why in zip(status, reason, strict=True) if kind != DONE)
     return [f"{count} {kind}: {why}" for (kind, why), count in kept.most_common()]
 
 
 def _found(plan: Plan, folder: Path, say: Callable[[str], None]) -> dict[str, CaseResult]:
-    """What the folder holds of each case."""
+    """Existing result of each case in the folder."""
     try:
         points = done_points(folder)
     except SceneError as damaged:

@@ -1,8 +1,8 @@
 """Compile the forms of scenes, and mesh them, before their cases start.
 
-Otherwise the first cases would wait for each other to compile the same forms. A program of its own
-(`python -m iceslide_fem.workflow.sweep.compile_forms SCENE.toml ...`), because the sweep itself
-must not start MPI: what it starts could not use it then.
+Otherwise the first cases would wait for each other to compile the same forms. It is a separate
+program (`python -m iceslide_fem.workflow.sweep.compile_forms SCENE.toml ...`), because the sweep
+must not start MPI: its child processes could not use MPI then.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from iceslide_fem.workflow.sweep.processes import forms_of
 
 
 def compile_forms(scene: Scene) -> None:
-    """Build block and interface of `scene` once and forget them."""
+    """Build block and interface of `scene` once and discard them."""
     from iceslide_fem.fenics.compat import MPI
     from iceslide_fem.interface.build import film_frame_of
     from iceslide_fem.rubber.build import build_block
 
     block = build_block(scene, MPI.COMM_WORLD)
-    block.rubber.displacements[:, -1] -= 1e-6 * block.height  # the ice is meshed below a contact
+    block.rubber.displacements[:, -1] -= 1e-6 * block.height  # meshing of the ice needs contact
     film_frame_of(block)
 
 

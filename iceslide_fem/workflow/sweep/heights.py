@@ -1,4 +1,4 @@
-"""Heights of films over time, where they do not follow from friction."""
+"""Film heights over time, for cases in which they do not follow from friction."""
 
 from __future__ import annotations
 
@@ -9,18 +9,20 @@ from iceslide_fem.runtime.arrays import Array
 
 
 class SampledHeights:
-    """h (m) at `times` as accepted steps come in: `values`, (n, n_times), the first at t = 0."""
+    """Collects h (m) at `times` from accepted steps: `values`, (n, n_times), first at t = 0."""
 
     def __init__(self, conditions: Conditions, times: Array) -> None:
-        """Of films of the n `conditions`, at `times` (s, ascending from 0)."""
+        """For films of the n `conditions`, at `times` (s, ascending from 0)."""
         self.values = np.repeat(conditions.initial_height[:, None], times.size, axis=1)
         self._times = times
         self._start = conditions.at_start.log_height.copy()
         self._next = np.ones(self._start.size, dtype=int)
 
     def add(self, record: Record) -> None:
-        """Enter what falls into accepted steps, in each the parabola of ln h (with a limit of the
-        shear ln(h + s)) with its ends and its slope at the end.
+        """Add samples within accepted steps.
+
+        In a step ln h (with limiting shear ln(h + s)) is the parabola through its ends with the
+        slope at its end.
         """
         at, points, step = record.places, record.points, record.step
         dt = record.dt[at]

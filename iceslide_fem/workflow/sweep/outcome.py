@@ -1,4 +1,4 @@
-"""What came out of a case: whether it is done, its summary, its curves."""
+"""Outcome of a case: status, summary and curves."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.fingerprint import fingerprint
 
-# Curves are sampled at so many times, evenly from t = 0 to the end of the case, or of its last pass
-# where there are several.
+# Number of evenly spaced samples of a curve, from t = 0 to the end of the case, or over its last
+# pass.
 SAMPLES = 201
 CURVES = ("mu", "film_height_m")
-SENTENCE = "iceslide: "  # how the command begins what it says when it fails
+SENTENCE = "iceslide: "  # start of the command's error message
 DONE, FAILED, NOT_RUN = "done", "failed", "not run"
 
 
@@ -36,9 +36,9 @@ NOT_COMPUTED = CaseResult(NOT_RUN, "not computed yet")
 
 
 def read_outcome(directory: Path, scene: Scene) -> CaseResult:
-    """The outcome of the run of `scene` in `directory`, from what it has written there.
+    """The outcome of the run of `scene` in `directory`, from its files.
 
-    Files that are not what this program wrote of this scene are none: the case runs again.
+    Files of another scene or of another program are ignored, and the case runs again.
     """
     complaint = word_of(directory) or _complaint(directory / "log.txt")
     try:
@@ -50,7 +50,7 @@ def read_outcome(directory: Path, scene: Scene) -> CaseResult:
         return CaseResult(NOT_RUN, f"{directory} holds files that no run of this case wrote")
     stopped = run.summary.get("stopped")
     times = np.linspace(0.0, run.scene["load"]["duration"], SAMPLES)
-    history = run.one_pass(-1).history  # the last, where there are several
+    history = run.one_pass(-1).history  # the last one
     curves = {
         name: np.interp(times, history["time_s"], history[name], right=np.nan if stopped else None)
         for name in CURVES
@@ -59,7 +59,7 @@ def read_outcome(directory: Path, scene: Scene) -> CaseResult:
 
 
 def _complaint(log: Path) -> str:
-    """The sentence that the command said when it failed, or that was said of its end."""
+    """The command's error message, or the message about its end."""
     try:
         lines = log.read_text("utf-8", errors="replace").splitlines()
     except OSError:

@@ -1,4 +1,4 @@
-"""Which cases a sweep has: every combination of the values that are varied, each a valid scene."""
+"""The cases of a sweep: every combination of varied values, each a valid scene."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _RANGE = re.compile(r"[^:,]+:[^:,]+:\s*[0-9]+\s*")
 
 
 class Case(NamedTuple):
-    """One case: its name (the scene's fingerprint) and its scene."""
+    """A case: its name (the scene's fingerprint) and its scene."""
 
     name: str
     scene: Scene
@@ -56,8 +56,8 @@ class Plan(NamedTuple):
 def make_plan(scene_file: Path, overrides: Sequence[str], varied: Sequence[str]) -> Plan:
     """All combinations of `varied`, each "key=first:last:count" or "key=value,value,...".
 
-    Raises SceneError with one sentence if a value, or a combination of values, is not allowed, a
-    user's law can't be made, or there are more than `MOST_CASES`.
+    Raises SceneError if a value or a combination is not allowed, a user's law can't be loaded, or
+    there are more than `MOST_CASES`.
     """
     base = read_scene(scene_file, overrides)
     given = dict(_axis(text) for text in varied)
@@ -87,9 +87,9 @@ def plan_of(base: Mapping[str, Any], given: Mapping[str, Sequence[Any]]) -> Plan
             put(data, key, value)
         scenes.append(scene_from_dict(data))
     axes = _axes_in_si(given, scenes)
-    scenes = [resolved(scene) for scene in scenes]  # a case is what runs
+    scenes = [resolved(scene) for scene in scenes]  # cases are resolved scenes
     for scene in scenes:
-        law_of(scene)  # made before anything runs
+        law_of(scene)  # checked before the first run
     return Plan(axes, [Case(fingerprint(scene), scene) for scene in scenes])
 
 
@@ -139,7 +139,7 @@ def _end(key: str, text: str, unit: str) -> float:
 def _axes_in_si(
     given: Mapping[str, Sequence[Any]], scenes: Sequence[Scene]
 ) -> dict[str, tuple[Value, ...]]:
-    """Values of the varied keys in SI, as the scenes have them; no value twice."""
+    """Values of the varied keys in SI, as in the scenes; duplicates are refused."""
     axes: dict[str, tuple[Value, ...]] = {}
     stride = len(scenes)
     for key, values in given.items():

@@ -1,4 +1,4 @@
-"""Pictures of a sweep: friction against every varied quantity, and maps over pairs of them."""
+"""Pictures of a sweep: friction against every varied quantity, and maps over pairs."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ MOST_LINES, MOST_PANELS = 8, 3
 
 
 class SummaryQuantity(NamedTuple):
-    """How a key is shown: its name with unit, and factor and offset from SI."""
+    """Display of a key: name with unit, and factor and offset from SI."""
 
     label: str
     factor: float = 1.0
     offset: float = 0.0
 
     def __call__(self, values: Any) -> Array:
-        """SI values as they are shown."""
+        """Convert SI values for display."""
         return np.asarray((np.asarray(values) - self.offset) * self.factor)
 
 
@@ -55,7 +55,7 @@ SHOWN = {
 
 def plot_sweep(dataset: xr.Dataset, folder: Path) -> list[Path]:
     """Draw all pictures of a sweep into `folder`; their paths. Nothing if no case is done."""
-    for pattern in PICTURES:  # an earlier table's, which varied other keys perhaps
+    for pattern in PICTURES:  # of an earlier sweep, perhaps with other keys
         for earlier in folder.glob(pattern):
             earlier.unlink()
     if not np.isfinite(dataset["mu"]).any():
@@ -73,9 +73,9 @@ def plot_sweep(dataset: xr.Dataset, folder: Path) -> list[Path]:
 
 
 def friction_against(dataset: xr.Dataset, key: str) -> Figure:
-    """Mean mu against `key`: the next varied key as colour, one more as panels.
+    """Mean mu against `key`, with the next varied key as colour and one more as panels.
 
-    Where there are more values than lines or panels, the picture says how many it shows.
+    If there are more values than lines or panels, the picture says how many it shows.
     """
     others = [other for other in _varied(dataset) if other != key]
     colour, panel = [*others, None, None][:2]
@@ -122,7 +122,7 @@ def maps(dataset: xr.Dataset, first: str, second: str) -> Figure:
         ax.patch.set(hatch="///", edgecolor="0.75")
         shown = here.transpose(second, first).to_numpy()
         figure.colorbar(ax.pcolormesh(across, up, shown, shading="nearest"), ax=ax)
-        # no colour beyond the values: the outer cells are half as wide
+        # outer cells are half as wide: no colour beyond the values
         ax.set(title=name, xlabel=x.label, xlim=(across.min(), across.max()))
         ax.set_ylim(up.min(), up.max())
     axes[0].set_ylabel(y.label)
@@ -161,13 +161,13 @@ def _middle(values: xr.DataArray, keys: Sequence[str]) -> tuple[xr.DataArray, st
 
 
 def _spread(values: Array, most: int) -> list[Any]:
-    """At most so many of `values`, first and last among them."""
+    """At most `most` of `values`, with the first and the last."""
     chosen = np.unique(np.linspace(0, len(values) - 1, min(most, len(values))).round().astype(int))
     return [values[number] for number in chosen]
 
 
 def quantity_of(key: Hashable) -> SummaryQuantity:
-    """How a dotted key is shown."""
+    """Display of a dotted key."""
     return SHOWN.get(str(key), SummaryQuantity(str(key)))
 
 

@@ -20,22 +20,22 @@ from iceslide_fem.scene.materials import BOTTOMLESS
 from iceslide_fem.workflow.sweep.heights import SampledHeights
 from iceslide_fem.workflow.sweep.outcome import CURVES, DONE, FAILED, SAMPLES, CaseResult
 
-# So many conditions at once: more do not make a point cheaper, they only take memory.
+# Conditions per call: more only take memory.
 CHUNK = 20_000
 
 
 def simulate_points(scenes: Sequence[Scene]) -> list[CaseResult]:
-    """Outcomes of point scenes, in their order.
+    """Outcomes of point scenes, in order.
 
-    Scenes with the same numerics and duration are one call, where the ice does not pass. Where a
-    call stops, its scenes are halved until the one that stops it is alone.
+    Scenes on attached ice with equal numerics and duration share a call. If a call fails, its
+    scenes are bisected until the failing one is alone.
     """
     groups: dict[tuple[Any, ...], list[int]] = {}
     outcomes: list[CaseResult] = [CaseResult(FAILED)] * len(scenes)
     for number, scene in enumerate(scenes):
-        # means over a block, each over its own transit; passes, each from what the one before has
-        # left; loads that go in time, laws of one's own and voids that carry, each with their own
-        # steps; films whose heights do not follow from mu
+        # Separate calls: sliding ice (each scene has its transit time); passes (each starts from
+        # the last one); loads over time, user laws and load-bearing voids (each has its steps);
+        # films whose heights do not follow from mu.
         if (
             scene.ice.motion == "sliding"
             or scene.several_passes
@@ -56,22 +56,24 @@ def simulate_points(scenes: Sequence[Scene]) -> list[CaseResult]:
 
 
 def _shared(scene: Scene) -> tuple[Any, ...]:
-    """What scenes must share to be one call: duration, settings, ground, the number of rows that
-    dry shear has and what freezes, and columns of rubber, which are as cold as the ice at first.
+    """Key of scenes that can share a call.
+
+    It has duration, settings, ground, number of rows and freezing of dry shear, and rubber columns,
+    which start at the ice's temperature.
     """
     ice, rubber, strength = scene.ice, scene.rubber, scene.shear_strength
     heat: tuple[Any, ...] = ()
     if rubber.heat:
         film = scene.film.conductance, scene.water.conductivity
         heat = ice.temperature, ice.melting_temperature, *rubber.solid, *film
-    below = None if ice.ground == BOTTOMLESS else ice.solid  # one for all on it
+    below = None if ice.ground == BOTTOMLESS else ice.solid  # one solid for all on it
     rows = 0 if strength is None else len(strength.depth)
     limit = rows, scene.film.refreeze
     return scene.load.duration, heat, below, *limit, *simulation_settings(scene).values()
 
 
 def _alone(scene: Scene) -> CaseResult:
-    """Outcome of a scene in a call of its own."""
+    """Outcome of a scene in a separate call."""
     started, passes = monotonic(), list[PassRow]()
     try:
         rows, entries = point_history(scene, passes.append)
@@ -79,7 +81,7 @@ def _alone(scene: Scene) -> CaseResult:
         return CaseResult(FAILED, str(reason))
     times = np.linspace(0.0, scene.load.duration, SAMPLES)
     start = 0.0
-    if passes:  # curves are those of the last one
+    if passes:  # curves of the last pass
         start = passes[-1].start_s
         rows = rows[-passes[-1].steps - 1 :]
     own = [row.time_s - start for row in rows]
@@ -109,7 +111,7 @@ def _together(scenes: list[Scene]) -> list[CaseResult]:
 
     settings = simulation_settings(scenes[0])
     loading = settings["loading"]
-    follows = conditions.limit is None and loading is None  # heights from mu
+    follows = conditions.limit is None and loading is None  # heights follow from mu
     heights = None if follows else SampledHeights(conditions, times)
 
     def add(record: Record) -> None:
@@ -123,7 +125,7 @@ def _together(scenes: list[Scene]) -> list[CaseResult]:
     rubber = rubber_columns(scenes[0])
     result = simulate(conditions, times=times, observe=add, rubber=rubber, **settings)
     mu: Array = result.samples.T
-    mu[:, -1] = result.mu_end  # the last step may end a rounding error early
+    mu[:, -1] = result.mu_end  # the last step may end early by rounding
     if heights is None:
         height = (conditions.loads().viscous / conditions.pressure)[:, None] / mu
     else:

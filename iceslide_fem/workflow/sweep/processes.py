@@ -1,7 +1,7 @@
-"""Finite element cases of a sweep: every case a process of its own, so many at a time.
+"""Finite element cases of a sweep, each in a separate process, several at a time.
 
-A case that crashes takes nothing with it, and what a case is and how it is run is the same as
-`iceslide run` by hand or by a cluster's queue.
+A crash affects one case only. A case is identical to `iceslide run` by hand or in a cluster's
+queue.
 """
 
 from __future__ import annotations
@@ -38,9 +38,9 @@ class Cores(NamedTuple):
 
 
 def share_cores(per_case: int, at_a_time: int | None) -> Cores:
-    """Cores for a sweep; without `at_a_time`, as many cases as there is room for.
+    """Cores for a sweep; without `at_a_time`, as many cases as the cores allow.
 
-    Raises SceneError if that is more than this process may use.
+    Raises SceneError if this exceeds the cores of this process.
     """
     available = available_cores()
     at_a_time = max(available // per_case, 1) if at_a_time is None else at_a_time
@@ -66,7 +66,7 @@ def scene_file(folder: Path, case: Case) -> Path:
 
 
 def write_scene(path: Path, scene: Scene) -> None:
-    """Write the complete scene to `path`, with the places of the files that it names."""
+    """Write the complete scene to `path`, with absolute paths of its files."""
     data = scene.model_dump(mode="json", exclude_none=True)
     for (table, key), file in scene.files.items():
         data[table][key] = str(file.absolute())
@@ -74,9 +74,9 @@ def write_scene(path: Path, scene: Scene) -> None:
 
 
 def forms_of(scene: Scene) -> tuple[object, ...]:
-    """What the forms of a scene depend on: scenes with the same need to be compiled once.
+    """Key of the compiled forms of a scene: scenes with equal keys are compiled once.
 
-    Material constants, loads and sizes are data of the forms, not part of their code.
+    Material constants, loads and sizes are data of the forms, not code.
     """
     rubber, ice = scene.rubber, scene.ice
     return scene.model, ice.heat, ice.motion, rubber.heat, rubber.inertia, rubber.mesh
@@ -96,14 +96,14 @@ def check_meshes(cases: Sequence[Case]) -> None:
 def prepare(folder: Path, cases: Sequence[Case]) -> None:
     """Compile the forms of all `cases`, each kind once.
 
-    What cannot be built is left to its case, which fails with the reason.
+    A scene that cannot be built is skipped; its case then fails with the reason.
     """
     for case in {forms_of(case.scene): case for case in cases}.values():
         _python("iceslide_fem.workflow.sweep.compile_forms", scene_file(folder, case))
 
 
 def _python(module: str, *words: Any) -> subprocess.CompletedProcess[str]:
-    """What a module of this program does as one of its own, without a terminal."""
+    """Run a module of this program as a separate process, without a terminal."""
     return subprocess.run(
         [sys.executable, "-m", module, *map(str, words)],
         env=environment_of_one(),
@@ -114,10 +114,10 @@ def _python(module: str, *words: Any) -> subprocess.CompletedProcess[str]:
 
 
 def compute(folder: Path, cases: Sequence[Case], cores: Cores) -> Iterator[tuple[Case, CaseResult]]:
-    """Run `cases`, and give each with its outcome when it has ended.
+    """Run `cases`, and yield each with its outcome when it ends.
 
-    When the caller stops early (an interrupt), running cases are asked to end (SIGTERM) and
-    waited for, and no new ones are started.
+    If the caller stops early (an interrupt), running cases get SIGTERM and are awaited; no new ones
+    start.
     """
     running: set[subprocess.Popen[bytes]] = set()
     stopping = threading.Event()
@@ -145,15 +145,15 @@ def _run(
     running: set[subprocess.Popen[bytes]],
     stopping: threading.Event,
 ) -> None:
-    """Run a case, or go on with it, and wait; what it says goes to log.txt in its directory."""
+    """Run or continue a case, and wait; its output goes to log.txt in its directory."""
     directory = case_folder(folder, case)
     words = [sys.executable, "-m", "iceslide_fem.cli", "run", str(scene_file(folder, case))]
     try:
         read_checkpoint(directory)
         words += ["--restart", str(directory)]
-    except SceneError:  # a case's folder is of nothing else: what cannot go on is replaced
+    except SceneError:  # the folder belongs to this case: invalid results are replaced
         words += ["--force", "--out", str(directory)]
-    words.append("--no-report")  # a page for each of a thousand cases would be gigabytes
+    words.append("--no-report")  # thousands of pages would be gigabytes
     if n_cores > 1:
         words = [_mpirun(), "-n", str(n_cores), *words]
     with open(directory / "log.txt", "wb") as log:
@@ -161,11 +161,11 @@ def _run(
             words, env=environment_of_one(), stdin=subprocess.DEVNULL, stdout=log, stderr=log
         )
         running.add(process)
-        if stopping.is_set():  # since it was looked at
+        if stopping.is_set():  # stopped in the meantime
             process.terminate()
         code = process.wait()
         running.discard(process)
-        if code != 0:  # comes last: read only if the command said nothing itself
+        if code != 0:  # last line: used only without an error message of the command
             end = signal.Signals(-code).name if code < 0 else f"exit code {code}"
             log.write(f"\n{SENTENCE}ended by {end}, see {log.name}\n".encode())
 

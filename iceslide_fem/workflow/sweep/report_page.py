@@ -1,4 +1,4 @@
-"""The page of a sweep: every case in a table, friction over what was varied, mu(t)."""
+"""The page of a sweep: table of cases, friction over the varied quantities, mu(t)."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def page_of_sweep(folder: Path) -> Page:
 
 
 def _places(data: xr.Dataset, keys: Sequence[str]) -> Iterator[dict[str, int]]:
-    """Numbers of the values of `keys`, for every combination of them, the last varying fastest."""
+    """Indices of the values of `keys` for every combination, the last varying fastest."""
     for indices in itertools.product(*(range(data.sizes[key]) for key in keys)):
         yield dict(zip(keys, indices, strict=True))
 
@@ -123,9 +123,9 @@ def _cases(data: xr.Dataset, keys: list[str]) -> list[Table | Text]:
 
 
 def _error(table: pd.DataFrame) -> list[Text]:
-    """What error the cases aim at."""
+    """Text on the target error of the cases."""
     known = list(dict.fromkeys(table.get("numerics.tolerance", [])))
-    if len(known) != 1:  # it was varied, and stands in the table
+    if len(known) != 1:  # it is varied, so it is in the table
         return []
     return [
         Text(
@@ -136,7 +136,7 @@ def _error(table: pd.DataFrame) -> list[Text]:
 
 
 def _warnings(data: xr.Dataset, table: pd.DataFrame) -> list[Text]:
-    """Why cases are not done, and the warnings of those that are, each kind once."""
+    """Reasons of unfinished cases, and warnings of finished ones, each kind once."""
     reasons, counts = np.unique(data["reason"].values.astype(str), return_counts=True)
     found = [
         Text(f"{count} not done: {reason}", "warning")
@@ -156,7 +156,7 @@ def _warnings(data: xr.Dataset, table: pd.DataFrame) -> list[Text]:
 
 
 def _scene(data: xr.Dataset, keys: list[str]) -> list[Text]:
-    """The scene of the first case as a file, or what sweeps of earlier versions say of it."""
+    """The scene of the first case as a file, or the entries of older sweeps."""
     if "scene" not in data.attrs:
         return [Text(str(data.attrs.get("inputs", "")).replace(" ", "\n"), "code")]
     name = data.attrs.get("name") or "SCENE"
@@ -165,7 +165,7 @@ def _scene(data: xr.Dataset, keys: list[str]) -> list[Text]:
 
 
 def _versions(table: pd.DataFrame) -> list[Table]:
-    """The versions that have computed the cases: several where a sweep was gone on with."""
+    """Versions that computed the cases; several if a sweep was continued."""
     rows = []
     for column in table:
         if str(column).startswith("versions."):

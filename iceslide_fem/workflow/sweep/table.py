@@ -23,7 +23,7 @@ _TEXT = ("case", "scene_hash", "status", "reason", "warnings")
 
 
 def write_sweep(folder: Path, plan: Plan, outcomes: Sequence[CaseResult]) -> xr.Dataset:
-    """Write `sweep.csv` and `sweep.nc`; the Dataset that the second one holds."""
+    """Write `sweep.csv` and `sweep.nc`; returns the Dataset of the latter."""
     inputs = [flat(case.scene.as_dict()) for case in plan.cases]
     rows = [
         {
@@ -57,7 +57,7 @@ def read_sweep(folder: Path | str) -> xr.Dataset:
 
 
 def scenes_of_table(folder: Path) -> set[str]:
-    """Hashes of the scenes that `sweep.csv` in `folder` has a result of."""
+    """Hashes of the scenes with a result in `sweep.csv` of `folder`."""
     try:
         table = pd.read_csv(folder / "sweep.csv", usecols=["scene_hash", "status"], dtype=str)
     except (OSError, ValueError):
@@ -66,7 +66,7 @@ def scenes_of_table(folder: Path) -> set[str]:
 
 
 def done_points(folder: Path) -> dict[str, CaseResult]:
-    """Outcomes by case of the points that an earlier sweep in `folder` has computed.
+    """Outcomes by case of points from an earlier sweep in `folder`.
 
     Raises SceneError if its arrays are damaged.
     """
@@ -100,9 +100,9 @@ def to_dataset(
     table: pd.DataFrame,
     outcomes: Sequence[CaseResult],
 ) -> xr.Dataset:
-    """Texts, numbers of the summaries and curves over the varied keys, in SI.
+    """Dataset of texts, summary numbers and curves over the varied keys, in SI.
 
-    inputs: of every case, by their dotted keys.
+    inputs: of every case, by dotted key.
     """
     keys = list(plan.axes)
     coordinates: dict[str, Any] = {}
@@ -130,7 +130,7 @@ def to_dataset(
         if key not in plan.axes and all(other[key] == value for other in others)
     }
     scene: dict[str, Any] = {}
-    for key, value in first.items():  # a scene for the command: what was varied as in the first
+    for key, value in first.items():  # a scene file with the values of the first case
         if value is not None and (key in common or key in plan.axes):
             put(scene, key, value)
     words = " ".join(f"{key}={value}" for key, value in common.items() if value is not None)
@@ -141,7 +141,7 @@ def to_dataset(
 
 
 def _entries(summary: Mapping[str, Any]) -> dict[str, Any]:
-    """The numbers of a summary and its versions; the rest is in other columns."""
+    """Numbers and versions of a summary; other columns have the rest."""
     numbers = {
         key: value
         for key, value in summary.items()
