@@ -17,6 +17,7 @@ import pytest
 pytest.importorskip("dolfinx")
 from iceslide_fem.coupling.accept import Acceptance  # noqa: E402
 from iceslide_fem.coupling.coupled_step import CoupledStep  # noqa: E402
+from iceslide_fem.coupling.drainage import Undrained  # noqa: E402
 from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
 from iceslide_fem.coupling.limits import LIMITS  # noqa: E402
 from iceslide_fem.coupling.plate import Plate  # noqa: E402
@@ -401,7 +402,7 @@ def test_a_rejected_step_leaves_no_trace():
     block, carrier, law = sliding.block, sliding.frame, sliding.motion_law
     strict = StepError(block, 1e-3, replace(LIMITS, local=1e-9))
     with pytest.raises(StepRejected):
-        CoupledStep(block, carrier, Plate(block), law, Elastic(), strict).attempt(
+        CoupledStep(block, carrier, Plate(block), law, Elastic(), Undrained(block), strict).attempt(
             before, 0.3e-3, 1e-5
         )
     assert sliding.current is before

@@ -31,7 +31,7 @@ def main() -> None:
     truth = tread.footprint(shape)
     picture, legend = coloured_picture(truth, HIGH, "jet")
     arguments.out.parent.mkdir(parents=True, exist_ok=True)
-    figures = run(
+    _, figures = run(
         {
             "image": save(picture, arguments.out.with_suffix(".jpg")),
             "length": tread.length,
