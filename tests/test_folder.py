@@ -87,12 +87,12 @@ def test_a_run_that_has_not_slid_yet_keeps_nobody_out(tmp_path):
 @pytest.mark.parametrize("force", [False, True])
 def test_a_folder_of_other_things_is_never_touched(force, tmp_path):
     (tmp_path / "mu.png").mkdir()  # called like a result, and none
-    with pytest.raises(SceneError, match="no result of this program .mu.png."):
+    with pytest.raises(SceneError, match="holds other files than results .mu.png."):
         run(point(), tmp_path, force=force)
     (tmp_path / "mu.png").rmdir()
     (tmp_path / "thesis.tex").write_text("years of work")
     before = content(tmp_path)
-    with pytest.raises(SceneError, match="no result of this program .thesis.tex."):
+    with pytest.raises(SceneError, match="holds other files than results .thesis.tex."):
         run(point(), tmp_path, force=force)
     assert content(tmp_path) == before and len([*tmp_path.iterdir()]) == 1
 

@@ -367,7 +367,7 @@ def test_water_bears_more_below_longer_lugs(tmp_path):
     rows = printed("wet_ice", "--pictures", str(tmp_path))
     shared = [row for row in rows if row[0].endswith(" um") and " bar, " in row[4]]
     assert len(shared) == 4 and all(row[4] == f"{row[2]}, {row[3]}" for row in shared)
-    (strip,) = [row for row in rows if row[0] == "20 mm"]
+    (strip,) = [row for row in rows if row[0] == "20 mm" and row[1].endswith(" um")]
     assert float(strip[1].split()[0]) == pytest.approx(18.641, abs=5e-3)
     means = {row[0]: float(row[2]) for row in rows if row[0] in ("stop", "carry")}
     assert means["carry"] > 2.0 * means["stop"]
