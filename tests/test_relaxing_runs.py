@@ -13,7 +13,7 @@ from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 from iceslide_fem.simulate import run  # noqa: E402
 
-pytestmark = pytest.mark.fe
+pytestmark = [pytest.mark.fe, pytest.mark.once]
 WORLD = MPI.COMM_WORLD
 ARMS = "rubber.prony=[[0.2, '0.2 ms'], [0.3, '2 ms']]"
 INSTANTANEOUS, LONG_TERM = "rubber.modulus_is=instantaneous", "rubber.modulus_is=long-term"
