@@ -25,8 +25,9 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
 from iceslide_fem.cli import app
-from iceslide_fem.runtime.units import readable
+from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import Scene
+from iceslide_fem.scene.fields import leaves, quantity_of, with_unit
 from iceslide_fem.scene.rows import RowsOf
 from iceslide_fem.scene.units import Quantity
 
@@ -43,16 +44,6 @@ class Faulty(Exception):
     """The program and its description differ."""
 
 
-def leaves(model: Any, prefix: str = "") -> Iterator[tuple[str, FieldInfo]]:
-    """Dotted key and field of everything that a scene file can set."""
-    for name, field in model.model_fields.items():
-        kind = field.annotation
-        if isinstance(kind, type) and hasattr(kind, "model_fields"):
-            yield from leaves(kind, f"{prefix}{name}.")
-        else:
-            yield prefix + name, field
-
-
 def _parts(field: FieldInfo) -> Iterator[Any]:
     """All that annotates the field, however deep."""
     waiting = [*field.metadata, field.annotation]
@@ -63,7 +54,7 @@ def _parts(field: FieldInfo) -> Iterator[Any]:
 
 
 def _quantity(field: FieldInfo) -> Quantity | None:
-    found = next((part for part in _parts(field) if isinstance(part, Quantity | RowsOf)), None)
+    found = quantity_of(field)
     return found.value if isinstance(found, RowsOf) else found
 
 
@@ -106,12 +97,10 @@ def default(field: FieldInfo) -> str:
     if quantity is None or not quantity.unit:
         return f"{value:g}"
     if quantity.unit == "K" and quantity.low.endswith("degC"):
-        return f"{value - 273.15:g} degC"
+        return f"{value - ZERO_CELSIUS:g} degC"
     if quantity.unit == "rad":
         return f"{math.degrees(value):g} deg"
-    if any(mark in quantity.unit for mark in "/*"):
-        return f"{value:g} {quantity.unit}"
-    return readable(value, quantity.unit)
+    return with_unit(value, quantity.unit)
 
 
 def scene_keys() -> Iterator[tuple[str, list[Row]]]:

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any, Literal, NamedTuple, get_args, get_origin
 
 import numpy as np
-from pydantic import BaseModel
 
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.units import ZERO_CELSIUS, readable
 from iceslide_fem.scene import Scene, parsed, put, scene_from_dict
+from iceslide_fem.scene.fields import leaves, quantity_of
 from iceslide_fem.scene.materials import COMPOUNDS
 from iceslide_fem.scene.rows import RowsOf
 from iceslide_fem.scene.units import Quantity
@@ -62,12 +62,12 @@ def fields() -> list[dict[str, Any]]:
     key; kind: text, choice or switch; choices; unit; low and high as a user types them; default:
     shown in an empty field; required.
     """
-    return [_field(key, field) for key, field in _leaves(Scene)]
+    return [_field(key, field) for key, field in leaves(Scene)]
 
 
 def keys() -> list[str]:
     """All dotted keys of a scene."""
-    return [key for key, _ in _leaves(Scene)]
+    return [key for key, _ in leaves(Scene)]
 
 
 def tables(texts: Texts) -> dict[str, Any]:
@@ -118,19 +118,8 @@ def named_in(sentence: str, known: list[str]) -> list[str]:
     ]
 
 
-def _leaves(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    for name, field in model.model_fields.items():
-        inner = field.annotation
-        if isinstance(inner, type) and issubclass(inner, BaseModel):
-            yield from _leaves(inner, f"{prefix}{name}.")
-        else:
-            yield prefix + name, field
-
-
 def _field(key: str, field: Any) -> dict[str, Any]:
-    arms = (part for arm in get_args(field.annotation) for part in getattr(arm, "__metadata__", ()))
-    parts = (*field.metadata, *arms)
-    quantity = next((part for part in parts if isinstance(part, Quantity | RowsOf)), None)
+    quantity = quantity_of(field)
     if isinstance(quantity, RowsOf):
         quantity = quantity.value
     choices = list(COMPOUNDS) if key == "rubber.compound" else []

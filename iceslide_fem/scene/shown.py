@@ -5,23 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from html import escape
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 from pydantic import BaseModel
-from pydantic.fields import FieldInfo
 
-from iceslide_fem.runtime.units import readable
-from iceslide_fem.scene.rows import RowsOf
-from iceslide_fem.scene.units import Quantity
-
-
-def unit_of_field(field: FieldInfo) -> str | None:
-    """SI unit of a field ("" for a pure number), None if it is not a number."""
-    parts = [
-        *field.metadata,
-        *(part for arm in get_args(field.annotation) for part in get_args(arm)),
-    ]
-    return next((part.unit for part in parts if isinstance(part, Quantity | RowsOf)), None)
+from iceslide_fem.scene.fields import unit_of_field, with_unit
 
 
 def changed_values(table: BaseModel, prefix: str = "") -> Iterator[tuple[str, str]]:
@@ -52,8 +40,7 @@ def _text(value: Any, unit: str) -> str:
     if isinstance(value, tuple) and value and isinstance(value[0], tuple):
         return f"{len(value)} rows, {unit}" if unit else f"{len(value)} rows"
     if isinstance(value, float):
-        prefixed = unit not in ("", "K") and not any(mark in unit for mark in "/*^")
-        return readable(value, unit) if prefixed else f"{value:.6g} {unit}".rstrip()
+        return with_unit(value, unit)
     if isinstance(value, tuple | list):
         return (
             f"{len(value)} entries"

@@ -9,9 +9,9 @@ from pydantic import AliasChoices, BaseModel, StrictInt, ValidationError
 from pydantic.fields import FieldInfo
 
 from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.scene.fields import unit_of_field
 from iceslide_fem.scene.messages import first_sentence, unknown_key
 from iceslide_fem.scene.model import Scene
-from iceslide_fem.scene.shown import unit_of_field
 
 
 def scene_from_dict(data: Mapping[str, Any]) -> Scene:

@@ -1,0 +1,45 @@
+"""Fields of a scene's tables, as pages, notebooks and messages describe them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import get_args
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from iceslide_fem.runtime.units import readable
+from iceslide_fem.scene.rows import RowsOf
+from iceslide_fem.scene.units import Quantity
+
+
+def leaves(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, FieldInfo]]:
+    """Dotted key and field of everything in `model` that is not a table of its own."""
+    for name, field in model.model_fields.items():
+        inner = field.annotation
+        if isinstance(inner, type) and issubclass(inner, BaseModel):
+            yield from leaves(inner, f"{prefix}{name}.")
+        else:
+            yield prefix + name, field
+
+
+def quantity_of(field: FieldInfo) -> Quantity | RowsOf | None:
+    """The quantity that a field annotates, alone or beside None; None if it is not a number."""
+    parts = [
+        *field.metadata,
+        *(part for arm in get_args(field.annotation) for part in get_args(arm)),
+    ]
+    return next((part for part in parts if isinstance(part, Quantity | RowsOf)), None)
+
+
+def unit_of_field(field: FieldInfo) -> str | None:
+    """SI unit of a field ("" for a pure number), None if it is not a number."""
+    quantity = quantity_of(field)
+    return None if quantity is None else quantity.unit
+
+
+def with_unit(value: float, unit: str) -> str:
+    """`value` with its SI `unit`: with a prefix if the unit is one name, but for kelvin."""
+    if unit in ("", "K") or any(mark in unit for mark in "/*^"):
+        return f"{value:.6g} {unit}".rstrip()
+    return readable(value, unit)
