@@ -30,6 +30,7 @@ from iceslide_fem.preprocess.wheel.friction import Tread, friction
 from iceslide_fem.preprocess.wheel.rolling import Rolling
 from iceslide_fem.runs.point import point_history
 from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.units import to_si
 from iceslide_fem.scene import load_scene, scene_from_dict
 from iceslide_fem.scene.materials import CONTACT_TABLES
 
@@ -489,6 +490,19 @@ def test_info_and_python_of_a_scene(served):
         tomllib.loads(answer["toml"])
     )
     assert served.ask("read", text="pressure = 1 bar")[0] == 422
+
+
+@pytest.mark.quick
+def test_every_default_is_one_that_a_user_can_type():
+    fields = {field["key"]: field for field in form.fields()}
+    for key, field in fields.items():
+        if field["unit"] and field["default"]:
+            value, low, high = (
+                to_si(field[name], field["unit"]) for name in ("default", "low", "high")
+            )
+            assert low <= value <= high, key
+    assert fields["ice.temperature"]["default"] == "-4 degC"
+    assert fields["film.dry_residual"]["default"] == "0.5 K"
 
 
 # Runs

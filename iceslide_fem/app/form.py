@@ -139,10 +139,10 @@ def _field(key: str, field: Any) -> dict[str, Any]:
 
 
 def _default(value: Any, quantity: Quantity | None) -> str:
-    """A default as a user types it; temperatures in degrees Celsius."""
+    """A default as a user types it, temperatures as their ranges in degrees Celsius."""
     if value is None or value == {}:
         return ""
-    if quantity is not None and quantity.unit == "K":
+    if quantity is not None and quantity.low.endswith("degC"):
         return f"{value - ZERO_CELSIUS:g} degC"
     if quantity is not None and quantity.unit in ("m", "s") and value:
         return readable(value, quantity.unit)
