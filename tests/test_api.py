@@ -255,6 +255,25 @@ def test_a_line_and_an_area_of_a_footprint(tmp_path):
 
 
 @pytest.mark.quick
+def test_a_footprint_on_wet_ice(tmp_path):
+    np.savetxt(tmp_path / "map.csv", np.full((4, 30), 2e5), delimiter=",")
+    wet = {
+        "water": "20 um",
+        "lug": "6 mm",
+        "contact": cases_folder() / "surfaces" / "compound_B.csv",
+    }
+    size = {"length": 0.1, "width": "20 mm"}
+    maps = iceslide_fem.footprint(
+        pressure_map=tmp_path / "map.csv", out=tmp_path / "area", **size, **wet
+    )
+    line = iceslide_fem.footprint(gaussian=GAUSSIAN, out=tmp_path / "line", **wet)
+    for found, dimensions in ((maps, ("y_m", "x_m")), (line, ("x_m",))):
+        assert all_have_units(found)
+        assert found["water_height_m"].dims == dimensions and found["water_height_m"].max() > 0.0
+        assert (found["water_pressure_Pa"] <= found["pressure_Pa"]).all()
+
+
+@pytest.mark.quick
 def test_a_wheel_over_slip_and_its_family(tmp_path):
     found = iceslide_fem.wheel(
         gaussian=GAUSSIAN,

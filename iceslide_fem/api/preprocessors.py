@@ -28,6 +28,8 @@ MAPS = {
     "surface temperature (degC)": "surface_temperature_C",
     "film height (m)": "film_height_m",
     "squeezed-out height (m)": "squeezed_height_m",
+    "water height (m)": "water_height_m",
+    "pressure of the water (Pa)": "water_pressure_Pa",
     "shear stress (Pa)": "shear_stress_Pa",
     "mu": "mu",
     "melting": "melting",
