@@ -23,6 +23,7 @@ from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.contact_surface import ContactSurface, area_vectors
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.lugs import Lugs, open_sipes
+from iceslide_fem.scene.shape import Sipe
 
 NEAR = 1e-6  # m, tolerance between a wall and its position in the drawing
 
@@ -77,21 +78,48 @@ class Undrained:
         return Drained(end.interface, end.stored, lost=lost)
 
 
+class _Walls:
+    """Walls of the `sipes` on this rank's facets of a `surface`."""
+
+    def __init__(self, surface: ContactSurface, sipes: tuple[Sipe, ...], at_rest: Array) -> None:
+        x, height = np.moveaxis(surface.positions(at_rest), -1, 0)[[0, -1]]
+        self._surface = surface
+        self._of_sipe = [
+            np.abs(x - sipe.position - np.tan(sipe.angle) * height)
+            <= 0.5 * sipe.width + sipe.amplitude + NEAR
+            for sipe in sipes
+        ]
+
+    def volumes(self, u: Array) -> Array:
+        """This rank's part of the volumes between ice and walls displaced by `u`, (sipes,).
+
+        By Gauss's theorem the volume is minus the integral of x n_x over the walls. Mouth and end
+        of a sipe are level and add nothing.
+        """
+        surface = self._surface
+        normals = area_vectors(surface.tangents(u))[..., 0] * surface.weights
+        volumes = -surface.positions(u)[..., 0] * normals
+        return np.array([volumes[mask].sum() for mask in self._of_sipe])
+
+
 class Sipes:
     """Water flows into the sipes of `block` and out at its edges."""
 
     def __init__(self, block: Block, frame: FilmFrame, lugs: Lugs) -> None:
-        surface = block.surface
-        undeformed = surface.positions(np.zeros_like(block.rubber.displacements))
+        at_rest, walls = np.zeros_like(block.rubber.displacements), block.rubber.self_contact
         self._block, self._frame, self._lugs = block, frame, lugs
-        self._lug = lugs.at(undeformed[..., 0].ravel())
+        self._lug = lugs.at(block.surface.positions(at_rest)[..., 0].ravel())
         self._volumes = lugs.volumes * block.scene.rubber.width / block.scale
+        self._walls = None
+        if walls is not None and np.isfinite(self._volumes).any():
+            self._walls = _Walls(walls.own_facets, block.scene.rubber.cuts, at_rest)
 
     def begun(self, interface: InterfaceState, loads: ContactLoads) -> Drained:
         """The state with empty sipes."""
         stored = np.zeros_like(self._volumes)
         parts = self._frame.parts(loads, self._lug, len(self._lugs.ends))
-        return Drained(self._below_lugs(interface, stored, parts), stored)
+        openness = _openness(stored, self._capacity())
+        return Drained(self._below_lugs(interface, openness, parts), stored)
 
     def after(
         self, start: CoupledState, end: CoupledState, subcycles: Subcycles, wiped: Array
@@ -110,24 +138,23 @@ class Sipes:
         for amounts in (by_lug, whole):
             comm.Allreduce(MPI.IN_PLACE, amounts, op=MPI.SUM)
         flowed_out, wiped_off, covered = map(float, whole)
-        openness = self._openness(stored)
+        room = self._capacity()
+        openness = _openness(stored, room)
         caught = self._lugs.into_sipes(by_lug[0], openness) + openness * by_lug[1, :-1]
-        after = np.minimum(stored + caught, self._capacity())
+        after = np.minimum(stored + caught, room)
         pushed_out = flowed_out + wiped_off - float((after - stored).sum())
-        interface = self._below_lugs(end.interface, after, parts)
+        interface = self._below_lugs(end.interface, _openness(after, room), parts)
         return Drained(interface, after, flowed_out, covered, pushed_out)
 
     def _lying(self, state: CoupledState) -> Array:
         """Water in each film, (n,), m3 (m2 in a slice)."""
         return state.interface.squeezed_height * sum(self._frame.water_areas(state.loads))
 
-    def _openness(self, stored: Array) -> Array:
-        room = self._capacity()
-        return open_sipes(np.divide(stored, room, out=np.ones_like(room), where=room > 0.0))
-
-    def _below_lugs(self, interface: InterfaceState, stored: Array, parts: Array) -> InterfaceState:
+    def _below_lugs(
+        self, interface: InterfaceState, openness: Array, parts: Array
+    ) -> InterfaceState:
         """The interface after each film is assigned the lug above it, if there is one."""
-        lengths = self._lugs.outflow_lengths(self._openness(stored))
+        lengths = self._lugs.outflow_lengths(openness)
         internal = interface.internal.copy()
         internal[LUG] = np.where(parts.any(axis=0), lengths @ parts, internal[LUG])
         return interface._replace(internal=internal)
@@ -136,28 +163,15 @@ class Sipes:
         """Volume of each sipe between its present walls, (sipes,), m3 (m2 in a slice).
         Collective.
         """
-        walls = self._block.rubber.self_contact
-        if walls is None or not np.isfinite(self._volumes).any():
+        if self._walls is None:
             return self._volumes
-        held = self._between(walls.own_facets)
+        held = self._walls.volumes(self._block.rubber.displacements)
         self._block.surface.comm.Allreduce(MPI.IN_PLACE, held, op=MPI.SUM)
         return np.maximum(held, 0.0)
 
-    def _between(self, walls: ContactSurface) -> Array:
-        """This rank's part of the volumes between ice and deformed sipe walls, (sipes,).
 
-        By Gauss's theorem the volume is minus the integral of x n_x over the walls. Mouth and end
-        of a sipe are level and add nothing.
-        """
-        u = self._block.rubber.displacements
-        normals = area_vectors(walls.tangents(u))[..., 0] * walls.weights
-        volumes = -walls.positions(u)[..., 0] * normals
-        places, held = walls.positions(np.zeros_like(u)), np.zeros_like(self._volumes)
-        for i, sipe in enumerate(self._block.scene.rubber.cuts):
-            middle = sipe.position + np.tan(sipe.angle) * places[..., -1]
-            beside = np.abs(places[..., 0] - middle) - 0.5 * sipe.width
-            held[i] = volumes[beside <= sipe.amplitude + NEAR].sum()
-        return held
+def _openness(stored: Array, room: Array) -> Array:
+    return open_sipes(np.divide(stored, room, out=np.ones_like(room), where=room > 0.0))
 
 
 def drainage_of(block: Block, frame: FilmFrame) -> Drainage:
