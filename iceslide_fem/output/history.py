@@ -82,7 +82,7 @@ def slide_row(sliding: Sliding, ledger: Ledger, accepted: AcceptedStep | None) -
     energies = {f"{name}_J": getattr(ledger, name) for name in Energies._fields}
     reported = _at_points(sliding)
     internal = {name: mean(field) for name, field in reported.items()}
-    internal |= water_columns(sliding, ledger)
+    internal |= water_columns(sliding, ledger, squeezed)
     return row_of(block.scene.load, current.time, values | energies, internal)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from iceslide_fem.film.integrators import InterfaceState, Step
 from iceslide_fem.laws.carrying_film import CarryingFilm
 from iceslide_fem.laws.interface_law import InterfaceLaw
+from iceslide_fem.runtime.arrays import Array
 
 if TYPE_CHECKING:  # a point needs no DOLFINx
     from iceslide_fem.coupling.ledger import Ledger
@@ -23,17 +24,16 @@ def water_names(law: InterfaceLaw) -> tuple[str, ...]:
     return (*MEANS, *AMOUNTS) if isinstance(law, CarryingFilm) else ()
 
 
-def water_columns(sliding: Sliding, ledger: Ledger) -> dict[str, float]:
-    """Columns of a block at the present time. Collective.
+def water_columns(sliding: Sliding, ledger: Ledger, water: Array) -> dict[str, float]:
+    """Columns of a block at the present time; `water`: height (m) at its points. Collective.
 
     They are the mean water height in contact (m), the fraction of the normal force that water
     bears, and amounts of the ledger (m3).
     """
-    block, now = sliding.block, sliding.current
-    law, loads = block.law, now.loads
+    block, loads = sliding.block, sliding.current.loads
+    law = block.law
     if not isinstance(law, CarryingFilm):
         return {}
-    water = sliding.frame.at_points(now.interface.squeezed_height, loads)
     touching = loads.touching
     borne = loads.pressure - law.voids.contact_pressure(loads.pressure, water)
     area, force, height, carried = (
