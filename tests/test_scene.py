@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.scene import load_scene, scene_from_dict
+from iceslide_fem.scene import load_scene, put, scene_from_dict
 from iceslide_fem.scene.materials import COMPOUNDS
 
 pytestmark = pytest.mark.quick
@@ -30,11 +30,7 @@ def changed(changes: dict) -> dict:
     """BASE with the dotted keys of `changes` set."""
     data = deepcopy(BASE)
     for key, value in changes.items():
-        *tables, name = key.split(".")
-        table = data
-        for part in tables:
-            table = table.setdefault(part, {})
-        table[name] = value
+        put(data, key, value)
     return data
 
 
