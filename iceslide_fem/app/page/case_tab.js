@@ -10,6 +10,7 @@ export function makeCaseTab({ name, spec, words, draw, changed }) {
   const fields = form.querySelector(".fields");
   const sliders = {};
   let now = null;
+  let begun = false; // an address computes before its tab is shown
 
   function add(control, label) {
     fields.append(element("div", { class: "field" }, element("label", { for: control.id }, label), control));
@@ -67,6 +68,7 @@ export function makeCaseTab({ name, spec, words, draw, changed }) {
   }
 
   function update() {
+    begun = true;
     arrange();
     compute(texts(), performance.now());
     changed();
@@ -87,13 +89,11 @@ export function makeCaseTab({ name, spec, words, draw, changed }) {
 
   document.getElementById(`${name}-reset`).addEventListener("click", () => restore({}));
   onColours(redraw);
-  let begun = false;
   return {
     state, restore,
     redraw() {
       if (begun) redraw();
       else update();
-      begun = true;
     },
     toml: () => now?.command,
     python: () => now?.python,
