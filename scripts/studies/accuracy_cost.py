@@ -10,9 +10,10 @@ import json
 import os
 import subprocess
 import tempfile
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import groupby
 from pathlib import Path
 from time import process_time
 from typing import Any, NamedTuple
@@ -54,13 +55,28 @@ class Dot(NamedTuple):
 
 
 class Chart(NamedTuple):
-    """A question: its curves (name -> dots), and the headings of `more`."""
+    """A question on one problem: its curves (name -> dots), and the headings of `more`."""
 
     name: str
-    title: str
+    question: str
+    problem: str
     curves: dict[str, list[Dot]]
     headings: tuple[str, ...] = ()
     default: str = ""
+
+    @property
+    def title(self) -> str:
+        """Of the picture."""
+        return f"{self.question}: {self.problem}"
+
+    @property
+    def rows(self) -> Iterator[tuple[str, ...]]:
+        """Of the table of the question."""
+        for name, dots in self.curves.items():
+            for dot in dots:
+                ended = np.isfinite(dot.seconds)
+                values = (f"{dot.error:.1e}", f"{dot.seconds:.3g}") if ended else ("", "")
+                yield (self.problem, titled(name, self), dot.label, *values, *dot.more)
 
 
 # --- the film law alone
@@ -105,7 +121,7 @@ def film(quick: bool) -> Iterable[Chart]:
                 mu, seconds = timed(adaptive)
                 dot = Dot(seconds, largest(mu, exact), f"tolerance {tolerance:g}")
                 curves.setdefault(f"{method}, adaptive", []).append(dot)
-        yield Chart(f"film_{name[0]}bar", f"Film integrators: {name}", curves,
+        yield Chart(f"film_{name[0]}bar", "Film integrators", name, curves,
                     default="sdirk2, adaptive")  # fmt: skip
 
 
@@ -138,7 +154,8 @@ def ice(quick: bool) -> Iterable[Chart]:
             curves.setdefault(f"column: {key.replace('_', ' ')}", []).append(dot)
     mu, seconds = timed(lambda: samples(here, ice="half-space", tolerance=tolerance))
     curves["closed form"] = [Dot(seconds, largest(mu, exact), "half-space", ("",))]
-    yield Chart("ice_column", "Columns of ice: 1 bar, 3 m/s, tolerance 1e-4", curves, ("unknowns",))
+    yield Chart("ice_column", "Columns of ice", "1 bar, 3 m/s, tolerance 1e-4", curves,
+                ("unknowns",))  # fmt: skip
 
     uniform = {
         "name": "uniform", "model": "slice",
@@ -168,9 +185,8 @@ def ice(quick: bool) -> Iterable[Chart]:
                 error = largest(run.mu, exact)
                 dot = Dot(run.seconds, error, f"mesh x {refinement:g}", (str(run.steps),))
                 curves.setdefault(f"{kind}, tolerance {tolerance:g}", []).append(dot)
-    yield Chart(
-        "ice_slice", "Ice below a slice under uniform pressure, 5 bar, 4 m/s", curves, ("steps",)
-    )
+    yield Chart("ice_slice", "Ice below a slice", "even pressure, 5 bar, 4 m/s", curves,
+                ("steps",))  # fmt: skip
 
 
 # --- whole slides
@@ -213,7 +229,8 @@ def scenes(quick: bool) -> Iterable[Chart]:
         ice_kind = "continuum" if "ice.heat=continuum" in changes else "column"
         yield Chart(
             f"scene_{case}_{ice_kind}",
-            f"{case}, slice x 0.5, {ice_kind}: error of the time steps",
+            "Error of the time steps",
+            f"{case}, slice x 0.5, {ice_kind}",
             curves,
             ("rms", "steps", "rejected", "Newton"),
             INTEGRATOR,
@@ -262,7 +279,7 @@ def coupling(quick: bool) -> Iterable[Chart]:
             curves.setdefault(name, []).append(
                 Dot(run.seconds, error, f"tolerance {tolerance}", more)
             )
-    yield Chart("coupling", "Coupling: thesis_1bar, slice x 0.5, columns", curves,
+    yield Chart("coupling", "Coupling", "thesis_1bar, slice x 0.5, columns", curves,
                 ("rms", "steps", "rejected", "Newton"), "default")  # fmt: skip
 
 
@@ -313,8 +330,9 @@ def solvers(quick: bool) -> Iterable[Chart]:
                 more = (str(summary["steps"]), str(summary["newton_iterations"]))
                 dot = Dot(summary["wall_s"], error, f"{ranks} ranks", more)
                 curves.setdefault(name, []).append(dot)
-        title = f"Linear solver: {model} x {refinement}, {duration}, wall seconds"
-        yield Chart(f"solver_{model}", title, curves, ("steps", "Newton"), "direct (default)")
+        problem = f"{model} x {refinement}, {duration}, wall seconds"
+        yield Chart(f"solver_{model}", "Linear solver", problem, curves, ("steps", "Newton"),
+                    "direct (default)")  # fmt: skip
 
 
 # --- contact enforcement
@@ -358,9 +376,9 @@ def enforcement(quick: bool) -> Iterable[Chart]:
                 more = (f"{found.depth / exact.plate:.1e}", f"{rms:.1e}", str(found.iterations))
                 dot = Dot(found.seconds, error, f"{factor:g} x default", more)
                 curves.setdefault(name, []).append(dot)
-        title = f"Contact in a press by {bars:g} bar: plate displacement"
-        headings = ("penetration", "pressure rms / p", "Newton")
-        yield Chart(f"contact_{bars:g}bar", title, curves, headings, "penalty")
+        headings = ("penetration / plate", "pressure, rms / p", "Newton")
+        yield Chart(f"contact_{bars:g}bar", "Plate displacement", f"press by {bars:g} bar", curves,
+                    headings, "penalty")  # fmt: skip
 
 
 class Enforced(NamedTuple):
@@ -409,8 +427,9 @@ def elements(quick: bool) -> Iterable[Chart]:
             ]
             for name, meshes in presses.items()
         }  # fmt: skip
-        yield Chart(f"elements_{bars:g}bar", f"Elements: press by {bars:g} bar, plate displacement",
-                    curves, ("dofs", "Newton", "tangents"), press_elements.DEFAULT)  # fmt: skip
+        problem, headings = f"press by {bars:g} bar", ("dofs", "Newton", "tangents")
+        yield Chart(f"elements_{bars:g}bar", "Elements, plate displacement", problem, curves,
+                    headings, press_elements.DEFAULT)  # fmt: skip
 
 
 # --- output
@@ -426,16 +445,15 @@ QUESTIONS: dict[str, Callable[[bool], Iterable[Chart]]] = {
 }
 
 
-def report(chart: Chart) -> None:
-    """Print the chart's table."""
-    print(f"\n### {chart.title}\n")
-    rows = []
-    for name, dots in chart.curves.items():
-        for dot in dots:
-            ended = np.isfinite(dot.seconds)
-            values = (f"{dot.error:.1e}", f"{dot.seconds:.3g}") if ended else ("", "")
-            rows.append((titled(name, chart), dot.label, *values, *dot.more))
-    common.table(("", "", "error", "s", *chart.headings), rows)
+def report(charts: Iterable[Chart], folder: Path) -> None:
+    """Print and draw the charts of a question: those with the same columns are one table."""
+    for headings, group in groupby(charts, key=lambda chart: chart.headings):
+        alike = list(group)
+        print()
+        head = ("problem", "method", "with", "largest", "s", *headings)
+        common.table(head, (row for chart in alike for row in chart.rows))
+        for chart in alike:
+            draw(chart, folder / f"{chart.name}.png")
 
 
 def titled(name: str, chart: Chart) -> str:
@@ -474,9 +492,7 @@ def main() -> None:
     parser.add_argument("--questions", nargs="+", choices=list(QUESTIONS), default=list(QUESTIONS))
     options = parser.parse_args()
     for name in options.questions:
-        for chart in QUESTIONS[name](options.quick):
-            report(chart)
-            draw(chart, options.pictures / f"{chart.name}.png")
+        report(QUESTIONS[name](options.quick), options.pictures)
 
 
 if __name__ == "__main__":

@@ -32,7 +32,7 @@ STRICTER = 6.0  # the reference's tolerance
 TIMES = 2000
 MS = 1e3
 HEAD = ("case", "mesh", "tolerance", "unknowns", "steps", "s", "largest", "at, ms", "rms",
-        "of mean mu", "reference's unknowns", "steps", "s")  # fmt: skip
+        "of mean mu", "reference: unknowns", "its steps", "its s")  # fmt: skip
 
 
 class Pair(NamedTuple):

@@ -163,7 +163,7 @@ def main() -> None:
         print(f"{BULGING}:")
         table(head, (tuple(of_points(bulging, rule, most)) for rule in rules))
     else:
-        head = ("cells", "unknowns", *errors)
+        head = ("cells x, y (half), z", "unknowns", *errors)
         table(head, (tuple(of_cells(scene, each, fine)) for each in cells))
 
 

@@ -6,6 +6,7 @@ kept in a folder and made only once; a scene that has changed is run again.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import meshio
@@ -14,8 +15,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from iceslide_fem.postprocess.results import Run, field_files
+from iceslide_fem.runtime.arrays import Mask
+from iceslide_fem.scene.materials import BAR
 from iceslide_fem.simulate import kept_run
-from scripts.studies.common import ROOT, case, draw, options, picture_options
+from scripts.studies.common import ROOT, case, draw, options, picture_options, table
 
 TOLERANCE = "numerics.tolerance=3e-3"
 # The thesis: its LS-DYNA runs, and Klapproth et al. 2016 as printed there. Label, s, mu, and where
@@ -44,10 +47,9 @@ EFFECTS = [
     ("4 m/s", ["load.speed=4m/s"]),
 ]
 TIMES = np.array([0.8e-3, 2.5e-3, 5e-3, 7e-3])
-HEADING = (
-    f"{'peak':>6} {'at ms':>6} " + " ".join(f"{1e3 * t:>4g} ms" for t in TIMES)
-    + f" {'mean':>7} {'melts':>6} {'full':>6} {'contact':>7} {'lead':>5} {'trail':>5} "
-    + f"{'outside':>7}"
+HEAD = (
+    "peak", "at, ms", *(f"{1e3 * time:g} ms" for time in TIMES), "mean", "melts, ms", "full, ms",
+    "contact", "leading, bar", "trailing, bar", "outside",
 )  # fmt: skip
 
 
@@ -57,7 +59,7 @@ def finished(name: str, changes: list[str], folder: Path) -> Run:
     return kept_run(scene, folder / "_".join([name, *changes]).replace("/", ""))
 
 
-def figures(made: Run) -> str:
+def figures(made: Run) -> Iterator[str]:
     """One row of the tables.
 
     Peak, its time, mu at TIMES, mean; first melting and saturation (ms); at the peak the fraction
@@ -67,22 +69,25 @@ def figures(made: Run) -> str:
     summary, end = made.summary, made.history["time_s"][-1]
 
     def ms(time: float | None) -> str:
-        return "     -" if time is None else f"{1e3 * time:6.2f}"
+        return "" if time is None else f"{1e3 * time:.2f}"
 
-    shown = [f"{made.at('mu', t):7.4f}" if t <= end * (1 + 1e-9) else "      -" for t in TIMES]
-    return (
-        f"{summary['mu_peak']:6.3f} {ms(summary['mu_peak_time_s'])} {' '.join(shown)} "
-        f"{summary['mu_mean']:7.4f} {ms(summary['melt_onset_s'])} {ms(summary['saturation_s'])} "
-        f"{made.at('contact_fraction', summary['mu_peak_time_s']):7.3f} {fifths(made)} "
-        f"{summary.get('outside_table_fraction', 0.0):7.2f}"
-    )
+    yield f"{summary['mu_peak']:.3f}"
+    yield ms(summary["mu_peak_time_s"])
+    for time in TIMES:
+        yield f"{made.at('mu', time):.4f}" if time <= end * (1 + 1e-9) else ""
+    yield f"{summary['mu_mean']:.4f}"
+    yield ms(summary["melt_onset_s"])
+    yield ms(summary["saturation_s"])
+    yield f"{made.at('contact_fraction', summary['mu_peak_time_s']):.3f}"
+    yield from fifths(made)
+    yield f"{summary.get('outside_table_fraction', 0.0):.2f}"
 
 
-def fifths(made: Run) -> str:
+def fifths(made: Run) -> tuple[str, str]:
     """Mean pressure (bar) in the leading and in the trailing fifth of the contact at the peak."""
     files = field_files(made.directory, "interface")
     if not files:
-        return "    -     -"
+        return "", ""
     _, path = min(files, key=lambda file: abs(file[0] - made.summary["mu_peak_time_s"]))
     read = meshio.read(path)
     corners, pressure = read.points[read.cells[0].data], read.cell_data["contact pressure (Pa)"][0]
@@ -93,14 +98,13 @@ def fifths(made: Run) -> str:
         area = 0.5 * np.abs((x * np.roll(y, -1, axis=1) - np.roll(x, -1, axis=1) * y).sum(axis=1))
     touching, middle = pressure > 0.0, x.mean(axis=1)
     low, high = middle[touching].min(), middle[touching].max()
-    means = [
-        np.average(pressure[part], weights=area[part]) / 1e5
-        for part in (
-            touching & (middle > high - 0.2 * (high - low)),
-            touching & (middle < low + 0.2 * (high - low)),
-        )
-    ]
-    return " ".join(f"{mean:5.2f}" for mean in means)
+    leading = touching & (middle > high - 0.2 * (high - low))
+    trailing = touching & (middle < low + 0.2 * (high - low))
+
+    def mean(part: Mask) -> str:
+        return f"{np.average(pressure[part], weights=area[part]) / BAR:.2f}"
+
+    return mean(leading), mean(trailing)
 
 
 def decorate(axis: Axes, name: str, made: Run) -> None:
@@ -133,22 +137,27 @@ def main() -> None:
     variants = VARIANTS[: 4 if arguments.quick else None]
     figure = Figure(figsize=(12, 4.4 * ((len(cases) + 1) // 2) + 0.6), layout="constrained")
     axes = np.atleast_1d(figure.subplots((len(cases) + 1) // 2, min(2, len(cases)))).ravel()
-    print(f"{'case':12} {'variant':24} {HEADING} {'steps':>5}")
-    for axis, name in zip(axes, cases, strict=True):
-        for label, changes, colour, line in variants:
-            made = finished(name, changes, arguments.runs)
-            axis.plot(1e3 * made.history["time_s"], made.history["mu"],
-                      color=colour, linestyle=line, label=label)  # fmt: skip
-            print(f"{name:12} {label:24} {figures(made)} {made.summary['steps']:5d}", flush=True)
-        decorate(axis, name, made)
+
+    def rows() -> Iterator[tuple[object, ...]]:
+        for axis, name in zip(axes, cases, strict=True):
+            for label, changes, colour, line in variants:
+                made = finished(name, changes, arguments.runs)
+                axis.plot(1e3 * made.history["time_s"], made.history["mu"],
+                          color=colour, linestyle=line, label=label)  # fmt: skip
+                yield name, label, *figures(made), made.summary["steps"]
+            decorate(axis, name, made)
+
+    table(("case", "variant", *HEAD, "steps"), rows())
     lines, labels = axes[0].get_legend_handles_labels()
     figure.legend(lines, labels, loc="outside upper center", ncols=3)
     draw(figure, arguments.pictures / "published.png", 100)
 
-    print(f"\n{'thesis_1bar, slice':24} {HEADING}")
-    for label, changes in EFFECTS:
-        made = finished("thesis_1bar", ["model=slice", *changes], arguments.runs)
-        print(f"{label:24} {figures(made)}", flush=True)
+    print()
+    made = (
+        (label, *figures(finished("thesis_1bar", ["model=slice", *changes], arguments.runs)))
+        for label, changes in EFFECTS
+    )
+    table(("thesis_1bar, slice", *HEAD), made)
 
 
 if __name__ == "__main__":

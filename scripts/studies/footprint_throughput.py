@@ -14,22 +14,25 @@ from functools import partial
 from os import times
 from pathlib import Path
 from time import perf_counter
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from iceslide_fem.film.ice_heat import FIRST_LAYER, Column
 from iceslide_fem.preprocess.footprint.case import FootprintCase
-from iceslide_fem.preprocess.footprint.film_map import film_map
+from iceslide_fem.preprocess.footprint.film_map import FilmMap, film_map
 from iceslide_fem.preprocess.footprint.jaeger import friction_flux, moving_source_rise
 from iceslide_fem.preprocess.footprint.reading import read_footprint
 from iceslide_fem.preprocess.footprint.synthetic import Tread, coloured_picture, save
+from iceslide_fem.runtime.arrays import Mask
 from iceslide_fem.scene.materials import BAR, CONTACT_TABLES
-from scripts.studies.common import iceslide_words, options, silently
+from scripts.studies.common import iceslide_words, options, silently, table
 
 SHAPE = (900, 1120)
 EVERY = 18
 B = CONTACT_TABLES["B"]
+HEAD = ("part", "s", "of the processor", "error of mu per pixel: mean", "99 % below", "largest",
+        "of the mean mu")  # fmt: skip
 
 
 def processor_seconds() -> float:
@@ -37,13 +40,27 @@ def processor_seconds() -> float:
     return sum(times()[:4])
 
 
-def clocked(name: str, work: Callable[[], Any]) -> Any:
-    """Result of `work`; its times are printed."""
+class Clocked(NamedTuple):
+    """What some work has found, and its seconds by the clock and of the processor."""
+
+    result: Any
+    wall: float
+    processor: float
+
+
+def clocked(work: Callable[[], Any]) -> Clocked:
+    """Result of `work`, and its times."""
     wall, processor = perf_counter(), processor_seconds()
     result = work()
-    wall, processor = perf_counter() - wall, processor_seconds() - processor
-    print(f"{name:42} {wall:7.1f} s ({processor:.1f} s processor)")
-    return result
+    return Clocked(result, perf_counter() - wall, processor_seconds() - processor)
+
+
+def errors(film: FilmMap, exact: FilmMap, contact: Mask) -> tuple[str, ...]:
+    """Of mu in the pixels of the `exact` map's lines: mean, 99 %, largest; of their mean mu."""
+    shear = film.shear[::EVERY]
+    error = np.abs(shear[contact] / exact.shear[contact] - 1.0)
+    found = (error.mean(), np.percentile(error, 99), error.max())
+    return *(f"{one:.1e}" for one in found), f"{shear.sum() / exact.shear.sum() - 1.0:+.1e}"
 
 
 def main() -> None:
@@ -63,45 +80,34 @@ def main() -> None:
         for key, amount in given.items():
             words += [f"--{key.replace('_', '-')}", str(amount)]
         words += ["--out", str(Path(folder) / "out")]
-        clocked(
-            "the whole command, with pictures and files",
-            lambda: silently(words),
-        )
+        parts = {"the whole command, with pictures and files": clocked(lambda: silently(words))}
         case = FootprintCase.of({"image": path, **given})
-        read = clocked("reading the colours", lambda: read_footprint(case))
-    footprint = read.pressure_map
-    print(
-        f"{footprint.pressure.size:,} pixels, {footprint.contact.sum():,} of them in contact, "
-        f"{1e3 * footprint.dx:.3f} mm; {case.speed:g} m/s, slip {case.slip:g}"
-    )
+        parts["reading the colours"] = clocked(lambda: read_footprint(case))
+    footprint = parts["reading the colours"].result.pressure_map
     flux = friction_flux(case.static_friction, footprint.pressure, case.speed, case.slip)
-    clocked("moving source", lambda: moving_source_rise(flux, footprint.dx, case.speed))
+    parts["moving source"] = clocked(lambda: moving_source_rise(flux, footprint.dx, case.speed))
     maps = {
-        tolerance: clocked(
-            f"film under every pixel, tolerance {tolerance:g}",
-            partial(film_map, footprint, case.ride, B, tolerance),
+        f"film law, tolerance {tolerance:g}": clocked(
+            partial(film_map, footprint, case.ride, B, tolerance)
         )
         for tolerance in (1e-2, 1e-3)
     }
-
     part = replace(footprint, pressure=footprint.pressure[::EVERY])
     fine_ice = partial(Column, first_layer=FIRST_LAYER / 4.0, ratio=1.3, depth=6.0)
-    exact = clocked(
-        f"reference, {len(part.pressure)} lines",
-        lambda: film_map(part, case.ride, B, 1e-5, fine_ice),
+    exact = film_map(part, case.ride, B, 1e-5, fine_ice)
+    print(
+        f"{footprint.pressure.size:,} pixels, {footprint.contact.sum():,} of them in contact, "
+        f"{1e3 * footprint.dx:.3f} mm; {case.speed:g} m/s, slip {case.slip:g}; "
+        f"mean mu of the reference's lines: {exact.mean_friction(part):.5f}"
     )
-    contact = part.contact
-    print(f"mean mu of the reference's lines: {exact.mean_friction(part):.5f}")
-    for tolerance, film in maps.items():
-        shear = film.shear[::EVERY]
-        error = np.abs(shear[contact] / exact.shear[contact] - 1.0)
-        mean = shear.sum() / exact.shear.sum() - 1.0
-        melting = (film.melting[::EVERY] != exact.melting)[contact].mean()
-        print(
-            f"tolerance {tolerance:g}: error of mu per pixel: mean {error.mean():.1e}, 99 % below "
-            f"{np.percentile(error, 99):.1e}, largest {error.max():.1e}; "
-            f"of the mean mu {mean:+.1e}; pixels that melt in one run only: {melting:.2%}"
-        )
+    table(
+        HEAD,
+        (
+            (name, f"{work.wall:.2f}", f"{work.processor:.2f}",
+             *(errors(work.result, exact, part.contact) if name in maps else ("",) * 4))
+            for name, work in (parts | maps).items()
+        ),
+    )  # fmt: skip
 
 
 if __name__ == "__main__":

@@ -186,7 +186,7 @@ def main() -> None:
                         *(f"{share:.0%}" for share in shares), f"{point.memory:.0f}",
                     )  # fmt: skip
 
-    head = ("solver", "ranks", "rubber", "steps", "s per step", *PARTS, "MB")
+    head = ("solver", "ranks", "unknowns of the rubber", "steps", "s per step", *PARTS, "MB")
     table(head, rows())
     for (solver, ranks), points in series.items():
         if len(points) > 1:

@@ -1,8 +1,9 @@
 """Write tables that studies print as data of the documentation (docs/validation/data).
 
-`docs/validation/tables.toml` says which study prints which table: its options, and what the table's
-head begins with. Without names all tables are made anew. Every file says who printed it, of which
-commit, when, and on what machine; pages show that below the table.
+`docs/validation/tables.toml` says which study prints which table: its options, what the table's
+head begins with, and where only a part of it is wanted, its columns or a pattern of its rows.
+Without names all tables are made anew. Every file says who printed it, of which commit, when, and
+on what machine; pages show that below the table.
 """
 
 from __future__ import annotations
@@ -10,9 +11,11 @@ from __future__ import annotations
 import csv
 import os
 import platform
+import re
 import subprocess
 import sys
 import tomllib
+from collections.abc import Sequence
 from datetime import date
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -72,36 +75,50 @@ def write(path: Path, printer: Printer, rows: list[list[str]]) -> None:
     print(f"written: {path.relative_to(ROOT)}")
 
 
-def record(wanted: dict[str, dict[str, Any]]) -> None:
-    """Run every study that prints a wanted table once, and write the tables."""
-    by_printer: dict[Printer, dict[str, str]] = {}
+def chosen(rows: list[list[str]], entry: dict[str, Any]) -> list[list[str]]:
+    """Those columns and rows of a table that its entry wants. Raises ValueError: no such column."""
+    head, *body = rows
+    places = [head.index(name) for name in entry.get("columns", head)]
+    pattern = re.compile(entry.get("rows", ""))
+    kept = [row for row in body if pattern.search(", ".join(row))]
+    return [[row[place] for place in places] for row in (head, *kept)]
+
+
+def record(wanted: dict[str, dict[str, Any]], python: str, more: Sequence[str]) -> None:
+    """Run every study that prints a wanted table, with `more` options, and write the tables."""
+    by_printer: dict[Printer, dict[str, dict[str, Any]]] = {}
     for name, entry in wanted.items():
         printer = Printer(entry["study"], tuple(entry.get("options", ())))
-        by_printer.setdefault(printer, {})[name] = entry["head"]
+        by_printer.setdefault(printer, {})[name] = entry
     for printer, tables in by_printer.items():
         module = f"scripts.studies.{printer.study}"
-        command = [sys.executable, "-m", module, *printer.options]
+        command = [python, "-m", module, *printer.options, *more]
         print(f"runs: {printer}", flush=True)
         done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True)
         found = tables_in(done.stdout)
-        for name, head in tables.items():
+        for name, entry in tables.items():
+            head = entry["head"]
             fitting = [rows for rows in found if ", ".join(rows[0]).startswith(head)]
             if not fitting:
                 heads = "; ".join(", ".join(rows[0][:3]) for rows in found)
                 raise SystemExit(f"{printer} prints no table that begins with {head}, but {heads}")
-            write(DATA / f"{name}.csv", printer, fitting[0])
+            write(DATA / f"{name}.csv", printer, chosen(fitting[0], entry))
 
 
 def main() -> None:
     """Make tables anew."""
     parser = options(__doc__)
     parser.add_argument("names", nargs="*", help="of tables; all without any")
+    with_others = "that runs the studies, with packages of other programs"
+    parser.add_argument("--python", default=sys.executable, help=with_others)
+    parser.add_argument("--more", nargs="+", default=[], help="options where other programs are")
     given = parser.parse_args()
     known = tomllib.loads(LIST.read_text(encoding="utf-8"))
     for name in given.names:
         if name not in known:
             parser.error(f"{name} is not in {LIST.relative_to(ROOT)}; it has {', '.join(known)}")
-    record({name: entry for name, entry in known.items() if name in (given.names or known)})
+    wanted = {name: entry for name, entry in known.items() if name in (given.names or known)}
+    record(wanted, given.python, given.more)
 
 
 if __name__ == "__main__":
