@@ -1,5 +1,6 @@
 """README and docs say what the program does: keys, columns, examples, links."""
 
+import csv
 import re
 import shlex
 import tomllib
@@ -11,6 +12,7 @@ import typer
 
 from iceslide_fem.cli import app
 from iceslide_fem.scene import load_scene
+from scripts.studies import record
 
 pytestmark = pytest.mark.quick
 
@@ -139,6 +141,21 @@ def test_tables_of_validation_are_there_and_shown():
         entry = known[path.stem]
         words = " ".join((f"scripts.studies.{entry['study']}", *entry.get("options", ())))
         assert about["printed by"] == words, path
+        head, *rows = csv.reader(lines[lines.index("#") + 1 :])
+        if "columns" in entry:
+            assert head == entry["columns"], path
+        else:
+            assert ", ".join(head).startswith(entry["head"]), path
+        assert rows and all(len(row) == len(head) for row in rows), path
+
+
+def test_a_page_shows_the_part_of_a_table_that_is_asked_for():
+    rows = [["case", "s", "of mu"], ["one, 1 bar", "2", "3"], ["two, 5 bar", "4", "5"]]
+    assert record.chosen(rows, {}) == rows
+    wanted = {"rows": "1 bar", "columns": ["of mu", "case"]}
+    assert record.chosen(rows, wanted) == [["of mu", "case"], ["3", "one, 1 bar"]]
+    with pytest.raises(ValueError, match="mu"):
+        record.chosen(rows, {"columns": ["mu"]})
 
 
 def test_modules_name_pages_that_are_there():

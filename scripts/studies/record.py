@@ -24,6 +24,7 @@ from scripts.studies.common import ROOT, options
 
 PAGES = ROOT / "docs" / "validation"
 LIST, DATA = PAGES / "tables.toml", PAGES / "data"
+MEASURED = ("iceslide_fem", "scripts", "cases", "meshes")
 
 
 class Printer(NamedTuple):
@@ -53,12 +54,14 @@ def machine() -> str:
 
 
 def commit() -> str:
-    """The checked-out commit, with a mark where files differ from it."""
-    said = subprocess.run(
-        ["git", "describe", "--always", "--dirty=, changed", "--exclude=*"],
-        cwd=ROOT, capture_output=True, text=True, check=True,
-    )  # fmt: skip
-    return said.stdout.strip()
+    """The checked-out commit, with a mark where what is measured differs from it."""
+
+    def git(*words: str) -> str:
+        done = subprocess.run(["git", *words], cwd=ROOT, capture_output=True, text=True, check=True)
+        return done.stdout.strip()
+
+    changed = git("status", "--porcelain", "--", *MEASURED)
+    return git("rev-parse", "--short", "HEAD") + (", changed" if changed else "")
 
 
 def write(path: Path, printer: Printer, rows: list[list[str]]) -> None:
