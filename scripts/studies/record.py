@@ -8,6 +8,7 @@ on what machine; pages show that below the table.
 
 from __future__ import annotations
 
+import argparse
 import csv
 import os
 import platform
@@ -114,7 +115,8 @@ def main() -> None:
     parser.add_argument("names", nargs="*", help="of tables; all without any")
     with_others = "that runs the studies, with packages of other programs"
     parser.add_argument("--python", default=sys.executable, help=with_others)
-    parser.add_argument("--more", nargs="+", default=[], help="options where other programs are")
+    where = "options of the studies that say where other programs are, last"
+    parser.add_argument("--more", nargs=argparse.REMAINDER, default=[], help=where)
     given = parser.parse_args()
     known = tomllib.loads(LIST.read_text(encoding="utf-8"))
     for name in given.names:
