@@ -178,10 +178,10 @@ def test_stiffer_penalty_is_more_accurate_as_an_update_of_multipliers_is(tmp_pat
     """And takes as many iterations; an update finds the plate, and takes some more."""
     rows = printed("accuracy_cost", "--questions", "contact", "--pictures", str(tmp_path))
     found = {(row[1], row[2]): row for row in rows if row[0] == "press by 1 bar"}
-    soft, stiff = (found["penalty (default)", f"{x} x default"] for x in ("1", "10"))
+    soft, stiff = (found["penalty (default)", f"{x} E/H"] for x in ("100", "1000"))
     assert float(stiff[3]) < 0.2 * float(soft[3])
     assert int(stiff[7]) <= 1.5 * int(soft[7])
-    updated = found["augmented Lagrangian, 1 update", "1 x default"]
+    updated = found["augmented Lagrangian, 1 update", "100 E/H"]
     assert float(updated[3]) < 1e-2 * float(soft[3]) and int(updated[7]) > int(soft[7])
     assert 0.0 < float(updated[5]) < float(soft[5])
     assert (tmp_path / "contact_1bar.png").stat().st_size > 10_000

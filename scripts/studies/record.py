@@ -98,7 +98,9 @@ def record(wanted: dict[str, dict[str, Any]], python: str, more: Sequence[str]) 
         module = f"scripts.studies.{printer.study}"
         command = [python, "-m", module, *printer.options, *more]
         print(f"runs: {printer}", flush=True)
-        done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True)
+        done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True)
+        if done.returncode:
+            raise SystemExit(f"{printer} has ended with {done.returncode}: nothing is written")
         found = tables_in(done.stdout)
         for name, entry in tables.items():
             head = entry["head"]
