@@ -82,6 +82,16 @@ def test_ice_on_a_mesh_is_the_top_level_where_the_scene_has_it(changes, kinds):
 
 
 @pytest.mark.quick
+def test_a_mesh_is_of_one_model(tmp_path):
+    (tmp_path / "mesh.msh").write_text("a mesh of a slice, or of a block")
+    for model, own in ("slice", "slice"), ("block", "block"):
+        scene = thesis(f"model={model}", f"rubber.mesh={tmp_path / 'mesh.msh'}")
+        chosen, skipped = levels(scene, simplifications(scene), (0.5, 1.0))
+        assert {level.model for level in [*chosen, *skipped]} == {"point", own}
+        assert {level.refinement for level in chosen} == {1.0}
+
+
+@pytest.mark.quick
 def test_every_level_is_a_valid_scene():
     """With heat in the rubber there is no half-space; refinements stay where scenes allow them."""
     for changes in ["rubber.heat=true"], ["numerics.refinement=0.25"], ["numerics.refinement=8"]:

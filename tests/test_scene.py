@@ -9,8 +9,11 @@ import numpy as np
 import pytest
 
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.scene import load_scene, put, scene_from_dict
+from iceslide_fem.scene import Scene, load_scene, put, scene_from_dict
+from iceslide_fem.scene.fields import leaves, quantity_of
 from iceslide_fem.scene.materials import COMPOUNDS
+from iceslide_fem.scene.rows import RowsOf
+from iceslide_fem.scene.toml import read_scene
 
 pytestmark = pytest.mark.quick
 
@@ -127,6 +130,25 @@ def test_a_contact_file_replaces_the_table(tmp_path):
     assert float(table(1e4).k) == pytest.approx(0.1) and table(1e4).dk_dp == 0.0
     assert list(table.outside([1.9e4, 2e4, 1e6, 1.1e6])) == [True, False, False, True]
     assert table(np.full((2, 3), 1e5)).k.shape == (2, 3)
+
+
+def test_every_file_of_rows_is_relative_to_the_scene(tmp_path):
+    tables = {
+        "load": {"pressure": "ms, bar", "speed": "ms, m/s"},
+        "ice": {"conductivity": "degC, W/m/K", "heat_capacity": "degC, J/kg/K", "water": "mm, um"},
+        "water": {"viscosity": "degC, mPa*s"},
+        "film": {"initial_height": "degC, nm", "dry_stress": "degC, kPa"},
+    }
+    lines = ['name = "x"', 'model = "slice"', "[rubber]", 'compound = "B"']
+    for table, keys in tables.items():
+        lines.append(f"[{table}]")
+        lines += [f'{key} = "{key}.csv"' for key in keys]
+    (tmp_path / "scene.toml").write_text("\n".join(lines), encoding="utf-8")
+    read = read_scene(tmp_path / "scene.toml")
+    for table, keys in tables.items():
+        assert read[table] == {key: str(tmp_path / f"{key}.csv") for key in keys}
+    known = {key for key, field in leaves(Scene) if isinstance(quantity_of(field), RowsOf)}
+    assert known == {f"{table}.{key}" for table, keys in tables.items() for key in keys}
 
 
 def test_a_contact_file_is_relative_to_the_scene_and_may_be_written_by_hand(tmp_path):

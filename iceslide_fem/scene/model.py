@@ -37,16 +37,6 @@ FILE_KEYS = (
     ("film", "contact"),
     ("friction", "table"),
 )  # table and key of file names
-# keys that may name a file of rows
-TABLE_KEYS = (
-    ("load", "pressure"),
-    ("load", "speed"),
-    ("film", "initial_height"),
-    ("film", "dry_stress"),
-    ("ice", "conductivity"),
-    ("ice", "heat_capacity"),
-    ("water", "viscosity"),
-)
 
 
 class Scene(Table):

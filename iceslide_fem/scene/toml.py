@@ -9,13 +9,18 @@ from pathlib import Path
 from typing import Any
 
 from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.scene.fields import leaves, quantity_of
 from iceslide_fem.scene.input_file import read_text
 from iceslide_fem.scene.messages import shortened
-from iceslide_fem.scene.model import FILE_KEYS, TABLE_KEYS, Scene
-from iceslide_fem.scene.rows import names_a_file
+from iceslide_fem.scene.model import FILE_KEYS, Scene
+from iceslide_fem.scene.rows import RowsOf, names_a_file
 from iceslide_fem.scene.validation import scene_from_dict
 
 DEEPEST = 8  # levels of nesting; a scene has two
+# Table and key of rows, which may be in a file.
+ROWS_KEYS = [
+    key.split(".") for key, field in leaves(Scene) if isinstance(quantity_of(field), RowsOf)
+]
 _BARE_UNIT = re.compile(r"=\s*[+-]?\.?\d[\d_.]*(?:[eE][+-]?\d+)?\s*[^\W\d_]|=.*\d\s*[%°]")
 
 
@@ -46,7 +51,7 @@ def read_scene(path: Path | str, overrides: Sequence[str] = ()) -> dict[str, Any
         values = data.get(table)
         if isinstance(values, dict) and isinstance(values.get(name), str):
             values[name] = str(path.parent / values[name])
-    for table, name in TABLE_KEYS:
+    for table, name in ROWS_KEYS:
         values = data.get(table)
         if isinstance(values, dict) and names_a_file(values.get(name)):
             values[name] = str(path.parent / values[name])

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from iceslide_fem.runs.model_levels import MODELS, SIDEWAYS, ModelLevel
+from iceslide_fem.runs.model_levels import SIDEWAYS, ModelLevel
 from iceslide_fem.runs.simplifications import Simplifications
 from iceslide_fem.scene import REFINEMENTS, Scene
 from iceslide_fem.scene.contact_age import ages_in_warm_rubber
@@ -24,32 +24,41 @@ def levels(
 
     `factors` multiply the scene's refinement, within the allowed range.
     """
-    numerics, own_mesh = scene.numerics, scene.rubber.mesh is not None
-    # on sliding ice a point represents the ice by its time below the block
-    on_ice = scene.film.carrier == "ice" and scene.friction.law == "film"
-    has_point = scene.ice.motion == "attached" or (
-        on_ice and not scene.rubber.heat and not own_mesh
-    )
-    has_point = has_point and not ages_in_warm_rubber(scene)
+    numerics = scene.numerics
     refinements = sorted({float(np.clip(f * numerics.refinement, *REFINEMENTS)) for f in factors})
-    if own_mesh:
+    if scene.rubber.mesh is not None:
         refinements = [numerics.refinement]
-    heats = _heats(scene)
+    models, heats = _models(scene), _heats(scene)
     chosen: list[ModelLevel] = []
     skipped: dict[ModelLevel, str] = {}
-    for model, heat in itertools.product(MODELS, heats):
-        if model == "point" and (not has_point or heat in SIDEWAYS):
-            continue
-        if model == "slice" and own_mesh:
+    for model, heat in itertools.product(models, heats):
+        if model == "point" and heat in SIDEWAYS:
             continue
         for refinement in [1.0] if model == "point" else refinements:
             level = ModelLevel(model, heat, refinement)
-            reason = _needless(level, found, numerics.tolerance) if len(heats) > 1 else ""
+            reason = _needless(level, models, found, numerics.tolerance) if len(heats) > 1 else ""
             if reason:
                 skipped[level] = reason
             else:
                 chosen.append(level)
     return chosen, skipped
+
+
+def of_mesh(scene: Scene) -> str:
+    """The model whose mesh `rubber.mesh` is."""
+    return "slice" if scene.model == "slice" else "block"
+
+
+def _models(scene: Scene) -> tuple[str, ...]:
+    """Models of the rubber that the scene allows, the finest last."""
+    own_mesh = scene.rubber.mesh is not None
+    # on sliding ice a point represents the ice by its time below the block
+    on_ice = scene.film.carrier == "ice" and scene.friction.law == "film"
+    has_point = scene.ice.motion == "attached" or (
+        on_ice and not scene.rubber.heat and not own_mesh
+    )
+    point = ("point",) if has_point and not ages_in_warm_rubber(scene) else ()
+    return (*point, of_mesh(scene)) if own_mesh else (*point, "slice", "block")
 
 
 def _heats(scene: Scene) -> tuple[str, ...]:
@@ -64,17 +73,19 @@ def _heats(scene: Scene) -> tuple[str, ...]:
     return (*closed_form, "column", "continuum", *meshed)
 
 
-def _needless(level: ModelLevel, found: Simplifications, tolerance: float) -> str:
-    """Reason to skip a level that equals another one by the estimates; "" without one."""
+def _needless(
+    level: ModelLevel, models: Sequence[str], found: Simplifications, tolerance: float
+) -> str:
+    """Reason to skip a level that equals one of other `models` by the estimates, or ""."""
 
     def same(other: str, what: str, effect: float) -> str:
         small = effect <= tolerance
         return f"not run, same as {other}: {what} moves mu by {effect:.1g}" if small else ""
 
-    if level.model != "point" and found.sideways.effect <= tolerance:
+    if "point" in models and level.model != "point" and found.sideways.effect <= tolerance:
         if reason := same("the point", "uneven pressure", found.uniform_pressure):
             return reason
-    if level.model == "block":
+    if "slice" in models and level.model == "block":
         if reason := same("the slice", "the third dimension", found.plane_strain.effect):
             return reason
     if level.heat == "half-space":

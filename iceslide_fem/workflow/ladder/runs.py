@@ -28,7 +28,7 @@ from iceslide_fem.runtime.ranks import failing_together, from_root
 from iceslide_fem.scene import Scene, load_scene, override, put
 from iceslide_fem.scene.input_file import read_text
 from iceslide_fem.simulate import difference, run
-from iceslide_fem.workflow.ladder.levels import levels
+from iceslide_fem.workflow.ladder.levels import levels, of_mesh
 
 
 class LevelResult(NamedTuple):
@@ -66,7 +66,7 @@ def climb(
 
         def take() -> None:
             if scene.rubber.mesh is not None:
-                check_memory(on_level(scene, ModelLevel("block", scene.ice.heat, 1.0)))
+                check_memory(on_level(scene, ModelLevel(of_mesh(scene), scene.ice.heat, 1.0)))
             read = list(scene.files.values())
             claim.enter_context(claimed(out, partial(_other_results, scene), force, read))
             clear_results(out)
