@@ -46,14 +46,14 @@ MM = 1e3
 
 
 class Pushed(NamedTuple):
-    """Nodes (n, 2), their displacements (n, 2), m; the force between the walls: its components that
-    press and that rub, N/m, magnitudes.
+    """Nodes (n, 2), their displacements (n, 2), m; magnitudes of the components of the force between
+    the walls, N/m. Inclined walls have a vertical one without friction, too.
     """
 
     nodes: Array
     moved: Array
-    pressing: float
-    rubbing: float
+    horizontal: float
+    vertical: float
 
 
 def lugs(friction: float, refinement: float) -> Block:
@@ -107,8 +107,8 @@ def pushed_here(block: Block) -> Pushed:
         block.set_stick_points(block.stick_points_after()[0])
     forces = np.zeros_like(u)
     self_contact.add_forces(u, forces)
-    pressing, rubbing = np.abs(forces[x[:, 0] > 0.0].sum(axis=0))
-    return Pushed(x, u.copy(), float(pressing), float(rubbing))
+    horizontal, vertical = np.abs(forces[x[:, 0] > 0.0].sum(axis=0))
+    return Pushed(x, u.copy(), float(horizontal), float(vertical))
 
 
 def pushed_by_calculix(
@@ -194,9 +194,9 @@ def read(results: str, nodes: Array) -> Pushed:
     if np.isnan(moved).any():
         raise NotConverged("CalculiX does not reach the end of the push")
     front = nodes[:, 1] == 0.0
-    pressing, rubbing = np.abs(forces[[0, 2]]) / THICK
+    horizontal, vertical = np.abs(forces[[0, 2]]) / THICK
     plane = [0, 2]
-    return Pushed(nodes[front][:, plane] / MM, moved[front][:, plane] / MM, pressing, rubbing)
+    return Pushed(nodes[front][:, plane] / MM, moved[front][:, plane] / MM, horizontal, vertical)
 
 
 def apart(one: Pushed, other: Pushed) -> float:
@@ -231,7 +231,7 @@ def picture(found: dict[float, tuple[Pushed, Pushed | None, Array]], cells: IntA
     return figure
 
 
-HEAD = ("mu", "program", "pressing force (N/mm)", "rubbing force (N/mm)", "displacements differ by",
+HEAD = ("mu", "program", "horizontal force (N/mm)", "vertical force (N/mm)", "displacements differ by",
         "of the largest")  # fmt: skip
 
 
@@ -271,7 +271,7 @@ def main() -> None:
 
 def forces_of(pushed: Pushed) -> list[str]:
     """Forces between the walls, for a table."""
-    return [f"{1e-3 * force:.4f}" for force in (pushed.pressing, pushed.rubbing)]
+    return [f"{1e-3 * force:.4f}" for force in (pushed.horizontal, pushed.vertical)]
 
 
 if __name__ == "__main__":
