@@ -46,8 +46,8 @@ MM = 1e3
 
 
 class Pushed(NamedTuple):
-    """Nodes (n, 2), their displacements (n, 2), m; magnitudes of the components of the force between
-    the walls, N/m. Inclined walls have a vertical one without friction, too.
+    """Nodes (n, 2), their displacements (n, 2), m; magnitudes of the components of the walls' force,
+    N/m. Inclined walls have a vertical one without friction, too.
     """
 
     nodes: Array
@@ -231,7 +231,8 @@ def picture(found: dict[float, tuple[Pushed, Pushed | None, Array]], cells: IntA
     return figure
 
 
-HEAD = ("mu", "program", "horizontal force (N/mm)", "vertical force (N/mm)", "displacements differ by",
+HEAD = ("mu", "program", "horizontal force (N/mm)", "vertical force (N/mm)",
+        "displacements differ by",
         "of the largest")  # fmt: skip
 
 
