@@ -46,8 +46,9 @@ MM = 1e3
 
 
 class Pushed(NamedTuple):
-    """Nodes (n, 2), their displacements (n, 2), m; magnitudes of the components of the walls' force,
-    N/m. Inclined walls have a vertical one without friction, too.
+    """Nodes (n, 2) and their displacements (n, 2), m; components of the walls' force, N/m, positive.
+
+    Inclined walls have a vertical force without friction, too.
     """
 
     nodes: Array
