@@ -46,7 +46,7 @@ MM = 1e3
 
 
 class Pushed(NamedTuple):
-    """Nodes (n, 2) and their displacements (n, 2), m; components of the walls' force, N/m, positive.
+    """Nodes (n, 2), their displacements (n, 2), m; components of the walls' force, N/m, positive.
 
     Inclined walls have a vertical force without friction, too.
     """
