@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from surface_spec import SPEC
 
 from iceslide_fem.cli import main
 from iceslide_fem.preprocess.roughness import prepare
@@ -26,14 +27,6 @@ from iceslide_fem.scene.contact_table import ContactTable
 from iceslide_fem.scene.materials import YOUNGS_MODULUS
 
 SURFACES = Path(__file__).parent.parent / "cases" / "surfaces"
-SPEC = """\
-rms_height = "5.8 um"
-hurst = 0.2
-rolloff = "175 um"
-shortest_wave = "70 um"
-size = "1 mm"
-pixels = 64
-"""
 TWO = {"pressures": "1bar:5bar:2", "realisations": "2"}
 
 

@@ -5,6 +5,7 @@ import json
 
 import numpy as np
 import pytest
+from surface_spec import SPEC
 
 from iceslide_fem.cli import main
 from iceslide_fem.preprocess.roughness.case import RoughnessCase
@@ -26,14 +27,6 @@ SURFACES = [
     {"rms_slope": 0.4, "hurst": 0.3, "rolloff": 1e-4, "shortest_wave": 5e-5},
     {"rms_slope": 0.3, "hurst": 0.9, "rolloff": 2e-4, "shortest_wave": 5e-5, "skewness": -0.9},
 ]
-SPEC = """\
-rms_height = "5.8 um"
-hurst = 0.2
-rolloff = "175 um"
-shortest_wave = "70 um"
-size = "1 mm"
-pixels = 64
-"""
 SCENE = """\
 name = "s"
 model = "point"

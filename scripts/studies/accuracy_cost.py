@@ -446,14 +446,19 @@ QUESTIONS: dict[str, Callable[[bool], Iterable[Chart]]] = {
 
 
 def report(charts: Iterable[Chart], folder: Path) -> None:
-    """Print and draw the charts of a question: those with the same columns are one table."""
+    """Print a question's charts as they come, one table if their columns agree; then draw them."""
+    come: list[Chart] = []
+
+    def rows(group: Iterable[Chart]) -> Iterator[tuple[str, ...]]:
+        for chart in group:
+            come.append(chart)
+            yield from chart.rows
+
     for headings, group in groupby(charts, key=lambda chart: chart.headings):
-        alike = list(group)
         print()
-        head = ("problem", "method", "with", "largest", "s", *headings)
-        common.table(head, (row for chart in alike for row in chart.rows))
-        for chart in alike:
-            draw(chart, folder / f"{chart.name}.png")
+        common.table(("problem", "method", "with", "largest", "s", *headings), rows(group))
+    for chart in come:
+        draw(chart, folder / f"{chart.name}.png")
 
 
 def titled(name: str, chart: Chart) -> str:

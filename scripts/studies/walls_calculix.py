@@ -233,8 +233,7 @@ def picture(found: dict[float, tuple[Pushed, Pushed | None, Array]], cells: IntA
 
 
 HEAD = ("mu", "program", "horizontal force (N/mm)", "vertical force (N/mm)",
-        "displacements differ by",
-        "of the largest")  # fmt: skip
+        "displacements differ by", "of the largest")  # fmt: skip
 
 
 def main() -> None:
