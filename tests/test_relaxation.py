@@ -92,7 +92,7 @@ def test_constants_of_a_scene_are_the_instantaneous_ones():
     ("rubber", "said"),
     [
         ({"prony": [[0.3]]}, "arm 1 is no pair"),
-        ({"prony": []}, "no list of 1 to 50 arms"),
+        ({"prony": []}, "no list of 1 to 60 arms"),
         ({"prony": [[0.6, 1.0], [0.5, 2.0]]}, "1.1 in sum"),
         ({"prony": [[0.1, 1.0], [0.3, 1.0]]}, "the same tau"),
         ({"modulus_is": None}, "rubber.modulus_is is missing"),

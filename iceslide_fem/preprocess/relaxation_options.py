@@ -19,6 +19,7 @@ from iceslide_fem.scene.units import Quantity
 
 TEMPERATURE = Quantity("K", "-150 degC", "200 degC")
 MOST_VALUES = 6
+STRAIN = Quantity("", "0.0001 %", "200 %")
 _WLF = (Quantity("", "1e-6", "1000"), Quantity("K", "0.1 K", "10000 K"), TEMPERATURE)
 
 

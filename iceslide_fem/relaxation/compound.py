@@ -8,16 +8,20 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from iceslide_fem.relaxation.prony import Prony
-from iceslide_fem.relaxation.shift import NoShift, Shift
+from iceslide_fem.relaxation.shift import AnyShift, NoShift
 from iceslide_fem.runtime.arrays import Array
 
 
 @dataclass(frozen=True)
 class Relaxation:
-    """`prony` at the reference temperature of `shift`."""
+    """`prony` at the reference temperature of `shift`.
+
+    measured: coldest and warmest measured temperature (K), None if they are not known.
+    """
 
     prony: Prony
-    shift: Shift | NoShift = NoShift()
+    shift: AnyShift = NoShift()
+    measured: tuple[float, float] | None = None
 
     def reduced(self, time: ArrayLike, temperature: ArrayLike) -> Array:
         """t / a_T (s) of times (s) at temperatures (K), shapes that broadcast."""

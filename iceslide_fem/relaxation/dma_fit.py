@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from iceslide_fem.relaxation.compound import Relaxation
 from iceslide_fem.relaxation.dma import Dma, read_dma
-from iceslide_fem.relaxation.master_curve import law, shifts
-from iceslide_fem.relaxation.prony_fit import fit
-from iceslide_fem.relaxation.shift import NoShift, Shift
+from iceslide_fem.relaxation.master_curve import arrhenius, free, shifts, wlf
+from iceslide_fem.relaxation.prony_fit import MOST_ARMS, fit
+from iceslide_fem.relaxation.shift import AnyShift, NoShift, Shift, ShiftTable
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.units import ZERO_CELSIUS
@@ -23,16 +23,18 @@ ROOM = 293.15  # K; the nearest isotherm is the default reference
 WORST = 0.5  # largest accepted root mean square error of ln E' or ln tan delta
 # Ranges of C1 and C2 (K) in a scene.
 LARGEST_C1, SMALLEST_C2, LARGEST_C2 = 1e3, 0.1, 1e4
+Law = Literal["wlf", "arrhenius", "table"]  # of a fitted shift; a table has each isotherm's own
 
 
 class Misfit(NamedTuple):
     """Errors of a series relative to the measurement, as logarithms.
 
-    storage, tan_delta: root mean squares; largest: largest error, of `quantity` in `row`.
+    storage, tan_delta: root mean squares; largest: largest error, of `quantity` in `row`. Of
+    relaxation storage is that of the relaxation modulus, and there is no tan delta.
     """
 
     storage: float
-    tan_delta: float
+    tan_delta: float | None
     largest: float
     quantity: str
     row: int
@@ -44,7 +46,7 @@ class Characterised:
 
     instantaneous: modulus, Pa; factors: a_T of each isotherm before the fit of the law, without
     their mean distance to it, None if the law was given; flows: whether the data alone give no
-    long-term modulus.
+    long-term modulus; determined: whether the isotherms determine the constants of the law.
     """
 
     dma: Dma
@@ -52,6 +54,7 @@ class Characterised:
     instantaneous: float
     factors: Array | None
     flows: bool
+    determined: bool = True
 
     @property
     def reduced(self) -> Array:
@@ -61,39 +64,43 @@ class Characterised:
     @property
     def misfit(self) -> Misfit:
         """Errors of the series with the shift law, as a scene uses them."""
-        found = self.instantaneous * self.relaxation.prony.dynamic(self.reduced)
-        storage = np.log(found.real / self.dma.storage)
-        tan_delta = np.log(found.imag / found.real / self.dma.tan_delta)
-        rows = int(np.abs(storage).argmax()), int(np.abs(tan_delta).argmax())
-        first = abs(storage[rows[0]]) >= abs(tan_delta[rows[1]])
-        return Misfit(
-            float(np.sqrt(np.mean(storage**2))),
-            float(np.sqrt(np.mean(tan_delta**2))),
-            float(storage[rows[0]] if first else tan_delta[rows[1]]),
-            f"{self.dma.of}'" if first else "tan delta",
-            rows[0] if first else rows[1],
-        )
+        dma, prony = self.dma, self.relaxation.prony
+        if dma.tan_delta is None:
+            storage = np.log(self.instantaneous * prony.modulus(1.0 / self.reduced) / dma.storage)
+            errors = {f"{dma.of}(t)": storage}
+        else:
+            found = self.instantaneous * prony.dynamic(self.reduced)
+            tan_delta = np.log(found.imag / found.real / dma.tan_delta)
+            errors = {f"{dma.of}'": np.log(found.real / dma.storage), "tan delta": tan_delta}
+        means = [float(np.sqrt(np.mean(each**2))) for each in errors.values()]
+        quantity = max(errors, key=lambda name: np.abs(errors[name]).max())
+        row = int(np.abs(errors[quantity]).argmax())
+        largest = float(errors[quantity][row])
+        return Misfit(means[0], means[1] if len(means) > 1 else None, largest, quantity, row)
 
 
 def characterised(
     dma: Dma,
     said: str,
-    shift: Shift | None = None,
+    shift: Shift | ShiftTable | None = None,
     reference: float | None = None,
     arrhenius_below: float | None = None,
+    law: Law = "wlf",
+    most_arms: int = MOST_ARMS,
 ) -> Characterised:
     """The compound that was measured.
 
-    shift: given, else fitted if there are several temperatures; reference: K, by default that of
-    `shift`, else the isotherm nearest to 20 degC; arrhenius_below: K; said: name of the table in
-    messages. Raises SceneError.
+    shift: given, else fitted by `law` if there are several temperatures; reference: K, by default
+    that of `shift`, else the isotherm nearest to 20 degC; arrhenius_below: K; said: name of the
+    table in messages. Raises SceneError.
     """
     isotherms = dma.isotherms
     if len(isotherms) == 1 and shift is None:
-        return _with(dma, NoShift(), None, said)
+        return _with(dma, NoShift(), None, said, most_arms)
     if shift is not None:
         moved = shift if reference is None else shift.moved(reference)
-        return _with(dma, _allowed(moved, isotherms, said), None, said)
+        _check_constants(moved, isotherms, said)
+        return _with(dma, moved, None, said, most_arms)
     near = float(isotherms[np.abs(isotherms - ROOM).argmin()])
     reference = near if reference is None else reference
     if arrhenius_below is not None and reference < arrhenius_below:
@@ -103,16 +110,27 @@ def characterised(
             "energy; allowed: a warmer reference"
         )
     logs = shifts(dma, said)
-    found = _allowed(law(isotherms, logs, reference, arrhenius_below, said), isotherms, said)
+    found: Shift | ShiftTable
+    determined = True
+    if law == "wlf":
+        found, determined = wlf(isotherms, logs, reference, arrhenius_below, said)
+        _check_constants(found, isotherms, said)
+    else:
+        found = (arrhenius if law == "arrhenius" else free)(isotherms, logs, reference, said)
     offset = np.mean(logs - np.log(found(isotherms)))
-    return _with(dma, found, np.exp(logs - offset), said)
+    fitted = _with(dma, found, np.exp(logs - offset), said, most_arms)
+    return replace(fitted, determined=determined)
 
 
-def _with(dma: Dma, shift: Shift | NoShift, factors: Array | None, said: str) -> Characterised:
+def _with(
+    dma: Dma, shift: AnyShift, factors: Array | None, said: str, most_arms: int
+) -> Characterised:
     """The series with a shift; raises SceneError if no series fits."""
-    prony, instantaneous, flows = fit(dma.frequency * shift(dma.temperature), dma.storage, dma.loss)
-    found = Characterised(dma, Relaxation(prony, shift), instantaneous, factors, flows)
-    off = max(found.misfit.storage, found.misfit.tan_delta)
+    reduced = dma.frequency * shift(dma.temperature)
+    prony, instantaneous, flows = fit(reduced, dma.storage, dma.loss, most_arms)
+    ends = float(dma.isotherms[0]), float(dma.isotherms[-1])
+    found = Characterised(dma, Relaxation(prony, shift, ends), instantaneous, factors, flows)
+    off = max(found.misfit.storage, found.misfit.tan_delta or 0.0)
     if off > WORST:
         raise SceneError(
             f"{said}: no Prony series describes its moduli; the best one is off by "
@@ -121,8 +139,10 @@ def _with(dma: Dma, shift: Shift | NoShift, factors: Array | None, said: str) ->
     return found
 
 
-def _allowed(shift: Shift, isotherms: Array, said: str) -> Shift:
-    """The shift; raises SceneError if it is out of range in a scene."""
+def _check_constants(shift: Shift | ShiftTable, isotherms: Array, said: str) -> None:
+    """Raise SceneError if the constants of WLF are out of range in a scene."""
+    if isinstance(shift, ShiftTable):
+        return
     if not np.isfinite(shift(isotherms)).all():
         raise SceneError(
             f"{said}: the WLF shift has no value at {isotherms[0] - ZERO_CELSIUS:.4g} degC, its "
@@ -135,10 +155,9 @@ def _allowed(shift: Shift, isotherms: Array, said: str) -> Shift:
             f"{shift.C1:.4g} and C2 = {shift.C2:.4g} K; allowed: C1 up to {LARGEST_C1:g}, C2 of "
             f"{SMALLEST_C2:g} to {LARGEST_C2:g} K (another reference)"
         )
-    return shift
 
 
-def relaxation_of(path: Path, said: str, shift: Shift | None = None) -> Relaxation:
+def measured_in(path: Path, said: str, shift: Shift | ShiftTable | None = None) -> Characterised:
     """The compound of the DMA table at `path`, cached by the file's content.
 
     Raises SceneError.
@@ -147,9 +166,11 @@ def relaxation_of(path: Path, said: str, shift: Shift | None = None) -> Relaxati
         digest = hashlib.sha256(path.read_bytes()).hexdigest()
     except OSError:  # the reader reports it
         digest = ""
-    return _relaxation(path, digest, said, shift)
+    return _measured(path, digest, said, shift)
 
 
 @lru_cache(maxsize=64)
-def _relaxation(path: Path, digest: str, said: str, shift: Shift | None) -> Relaxation:
-    return characterised(read_dma(path, said), f"{said} {path}", shift).relaxation
+def _measured(
+    path: Path, digest: str, said: str, shift: Shift | ShiftTable | None
+) -> Characterised:
+    return characterised(read_dma(path, said), f"{said} {path}", shift)

@@ -14,7 +14,7 @@ from scipy.optimize import least_squares, minimize_scalar
 
 from iceslide_fem.relaxation.dma import Dma
 from iceslide_fem.relaxation.prony_fit import spectrum
-from iceslide_fem.relaxation.shift import GAS_CONSTANT, Shift
+from iceslide_fem.relaxation.shift import GAS_CONSTANT, Shift, ShiftTable
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.units import ZERO_CELSIUS
@@ -23,6 +23,15 @@ PER_DECADE = 4.0  # times per decade of the spectrum
 FURTHEST = 1.5  # decades, largest total correction of the first shifts
 # Search range of C2 (K) relative to the coldest isotherm.
 LOWEST_C2, HIGHEST_C2 = 1.0, 5e3
+# Decades that a straight line through the shifts may be worse than WLF without being told apart.
+CANNOT_TELL = 0.05
+
+
+_UNLIKE_RUBBER = (
+    "its isotherms do not shift as those of rubber, which relaxes more slowly the colder it is; "
+    "needed: moduli that rise with the frequency and fall with the temperature, or the constants "
+    "of a WLF shift"
+)
 
 
 def shifts(dma: Dma, said: str) -> Array:
@@ -72,25 +81,48 @@ def _between(dma: Dma, cold: float, warm: float, said: str) -> float:
     return float(np.mean(of_warm - of_cold))
 
 
-def law(
+def wlf(
     temperatures: Array, logs: Array, reference: float, arrhenius_below: float | None, said: str
-) -> Shift:
+) -> tuple[Shift, bool]:
     """WLF, and Arrhenius below a temperature (K), through shifts of isotherms, by least squares.
 
     temperatures: K; logs: ln a_T up to a constant, both (isotherms,); reference: temperature with
-    a_T = 1, K. Raises SceneError for too few isotherms, or shifts unlike those of rubber.
+    a_T = 1, K. Also whether the isotherms determine C2: a straight line describes them worse.
+    Raises SceneError for too few isotherms, or shifts unlike those of rubber.
     """
     kink = -np.inf if arrhenius_below is None else arrhenius_below
     warm = temperatures >= kink
     if warm.sum() < 3:
         raise SceneError(
             f"{said}: {warm.sum()} isotherms{_above(arrhenius_below)} do not say what C1 and C2 of "
-            "a WLF shift are; needed: 3 or more, or the constants"
+            "a WLF shift are; needed: 3 or more, the constants, or iceslide rubber --shift with "
+            "arrhenius or table"
         )
-    shift = _wlf(temperatures[warm], logs[warm], said)
+    shift, determined = _wlf(temperatures[warm], logs[warm], said)
     if arrhenius_below is not None and not warm.all():
         shift = _arrhenius(shift, temperatures, logs, arrhenius_below, said)
-    return shift.moved(reference)
+    return shift.moved(reference), determined
+
+
+def arrhenius(temperatures: Array, logs: Array, reference: float, said: str) -> ShiftTable:
+    """One activation energy through shifts of isotherms, by least squares; as for `wlf`."""
+    inverse = 1.0 / temperatures
+    slope, constant = np.polyfit(inverse, logs, 1)
+    if slope <= 0.0:
+        raise SceneError(f"{said}: {_UNLIKE_RUBBER}")
+    ends = inverse[[0, -1]]
+    return _table(temperatures[[0, -1]], slope * ends + constant).moved(reference)
+
+
+def free(temperatures: Array, logs: Array, reference: float, said: str) -> ShiftTable:
+    """The shift of each isotherm as it is; as for `wlf`."""
+    if (np.diff(logs) >= 0.0).any():
+        raise SceneError(f"{said}: {_UNLIKE_RUBBER}")
+    return _table(temperatures, logs).moved(reference)
+
+
+def _table(temperatures: Array, logs: Array) -> ShiftTable:
+    return ShiftTable(tuple(temperatures.tolist()), tuple((logs / np.log(10.0)).tolist()))
 
 
 def _above(arrhenius_below: float | None) -> str:
@@ -101,7 +133,7 @@ def _celsius(temperature: float) -> str:
     return f"{temperature - ZERO_CELSIUS:.4g} degC"
 
 
-def _wlf(temperatures: Array, logs: Array, said: str) -> Shift:
+def _wlf(temperatures: Array, logs: Array, said: str) -> tuple[Shift, bool]:
     """WLF relative to the coldest isotherm. For a given C2 the other constants are linear."""
     above = temperatures - temperatures[0]
 
@@ -119,12 +151,10 @@ def _wlf(temperatures: Array, logs: Array, said: str) -> Shift:
     ).x
     C1 = float(solved(log_C2)[0][0])
     if C1 <= 0.0:
-        raise SceneError(
-            f"{said}: its isotherms do not shift as those of rubber, which relaxes more slowly the "
-            "colder it is; needed: moduli that rise with the frequency and fall with the "
-            "temperature, or the constants of a WLF shift"
-        )
-    return Shift(C1, float(np.exp(log_C2)), float(temperatures[0]))
+        raise SceneError(f"{said}: {_UNLIKE_RUBBER}")
+    off, line = (np.sqrt(solved(each)[1] / len(logs)) for each in (log_C2, np.log(HIGHEST_C2)))
+    determined = line - off > CANNOT_TELL * np.log(10.0)
+    return Shift(C1, float(np.exp(log_C2)), float(temperatures[0])), bool(determined)
 
 
 def _arrhenius(shift: Shift, temperatures: Array, logs: Array, below: float, said: str) -> Shift:

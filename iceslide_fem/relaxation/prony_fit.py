@@ -3,7 +3,9 @@
     E'  = E_inf + sum E_i (w tau_i)^2 / (1 + (w tau_i)^2)
     E'' =         sum E_i  w tau_i    / (1 + (w tau_i)^2)
 
-E_inf and E_i >= 0 minimise the squared relative errors of both (C. L. Lawson, R. J. Hanson,
+or, of relaxation, E(t) = E_inf + sum E_i exp(-t / tau_i) with t = 1 / w.
+
+E_inf and E_i >= 0 minimise the squared relative errors (C. L. Lawson, R. J. Hanson,
 *Solving Least Squares Problems*, 1974, chapter 23). The initial tau_i come from a fit on a fine
 grid of times, with neighbours merged. They are then fitted, too; E_inf and E_i are eliminated in
 this fit (variable projection, G. H. Golub, V. Pereyra, SIAM J. Numer. Anal. 10 (1973) 413).
@@ -42,19 +44,36 @@ class Fit(NamedTuple):
 
 
 class _Data(NamedTuple):
-    """Angular frequencies (rad/s) and moduli (Pa); arrays (rows,)."""
+    """Angular frequencies (rad/s) and moduli (Pa); arrays (rows,); loss: None of relaxation."""
 
     frequency: Array
     storage: Array
-    loss: Array
+    loss: Array | None
 
     def at(self, rows: Array) -> _Data:
         """Some of the rows."""
-        return _Data(*(part[rows] for part in self))
+        loss = None if self.loss is None else self.loss[rows]
+        return _Data(self.frequency[rows], self.storage[rows], loss)
+
+    @property
+    def values(self) -> Array:
+        """Storage above loss moduli, (2 rows,); (rows,) of relaxation."""
+        return self.storage if self.loss is None else np.concatenate([self.storage, self.loss])
+
+    def columns(self, times: Array) -> Array:
+        """Moduli of unit arms with `times`, the long-term one first: (values, 1 + arms)."""
+        ones = np.ones((len(self.frequency), 1))
+        if self.loss is None:
+            return np.hstack([ones, np.exp(-1.0 / (self.frequency[:, None] * times))])
+        turned = 1j * self.frequency[:, None] * times
+        arms = turned / (1.0 + turned)
+        return np.block([[ones, arms.real], [0.0 * ones, arms.imag]])
 
 
-def fit(frequency: Array, storage: Array, loss: Array, most: int = MOST_ARMS) -> Fit:
+def fit(frequency: Array, storage: Array, loss: Array | None, most: int = MOST_ARMS) -> Fit:
     """The series of moduli (Pa) at angular frequencies (rad/s), arrays (rows,) in any order.
+
+    Without `loss`, of relaxation: storage is the modulus at the time 1 / frequency.
 
     The number of arms, up to `most`, is the smallest with a cross-validation error within one
     standard error of the least (T. Hastie, R. Tibshirani, J. Friedman, *The Elements of Statistical
@@ -79,12 +98,15 @@ def fine_grid(frequency: Array) -> Array:
     return np.geomspace(fastest, slowest, 1 + round(PER_DECADE * np.log10(slowest / fastest)))
 
 
-def spectrum(frequency: Array, storage: Array, loss: Array, times: Array) -> tuple[Array, Array]:
+def spectrum(
+    frequency: Array, storage: Array, loss: Array | None, times: Array
+) -> tuple[Array, Array]:
     """E_inf and E_i (Pa, (1 + arms,)) of arms with `times` (s), and relative errors (2 rows,).
 
-    Errors of the storage moduli come first, then those of the loss moduli.
+    Errors of the storage moduli come first, then those of the loss moduli; (rows,) of relaxation.
     """
-    matrix = _columns(frequency, times) / np.concatenate([storage, loss])[:, None]
+    data = _Data(frequency, storage, loss)
+    matrix = data.columns(times) / data.values[:, None]
     floor = _floor(storage)
     asked = 1.0 - floor * matrix[:, 0]
     # Cholesky factor of the normal equations: small even for many rows.
@@ -99,14 +121,6 @@ def spectrum(frequency: Array, storage: Array, loss: Array, times: Array) -> tup
 
 def _floor(storage: Array) -> float:
     return SMALLEST_LONG_TERM * float(storage.max())
-
-
-def _columns(frequency: Array, times: Array) -> Array:
-    """Moduli of unit arms, the long-term one first: (2 rows, 1 + arms), storage above loss."""
-    turned = 1j * frequency[:, None] * times
-    arms = turned / (1.0 + turned)
-    ones = np.ones((len(frequency), 1))
-    return np.block([[ones, arms.real], [0.0 * ones, arms.imag]])
 
 
 def _times(data: _Data, most: int) -> Array:
@@ -137,10 +151,9 @@ def _times(data: _Data, most: int) -> Array:
 
 
 def _squares(data: _Data, times: Array, moduli: Array) -> Array:
-    """Sum of squared relative errors of both moduli, (rows,)."""
-    found = _columns(data.frequency, times) @ moduli
-    off = found / np.concatenate([data.storage, data.loss]) - 1.0
-    return np.asarray((off.reshape(2, -1) ** 2).sum(axis=0))
+    """Sum of squared relative errors of a row's moduli, (rows,)."""
+    off = data.columns(times) @ moduli / data.values - 1.0
+    return np.asarray((off.reshape(-1, len(data.frequency)) ** 2).sum(axis=0))
 
 
 def _fitted(data: _Data, start: Array) -> Array:

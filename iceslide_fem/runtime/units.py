@@ -10,6 +10,13 @@ import pint
 # Units of pressure as people write them; case matters for mPa only.
 _PRESSURES = {"pa": "Pa", "hpa": "hPa", "kpa": "kPa", "mpa": "MPa", "bar": "bar", "mbar": "mbar"}
 _PRESSURES |= {"psi": "psi", "n/cm^2": "N/cm^2", "n/mm^2": "N/mm^2", "kp/cm^2": "kgf/cm^2"}
+_FREQUENCIES = {
+    "hz": "Hz",
+    "khz": "kHz",
+    "rad/sec": "rad/s",
+    "rad·s-1": "rad/s",
+    "rad s-1": "rad/s",
+}
 ZERO_CELSIUS = 273.15  # K
 LONGEST = 100  # characters of a quantity
 _NUMBER_AND_UNIT = re.compile(
@@ -71,16 +78,18 @@ def _check_unit(text: str) -> None:
 def si_unit(text: str, unit: str) -> str | None:
     """`text` as a unit for `to_si`, if it has the dimension of the SI `unit`; else None.
 
-    Forms in headings of tables are accepted: C and °C, N/cm2 for N/cm^2, mPas, "-" and "1" for
-    none.
+    Forms in headings of tables are accepted: C and °C, N/cm2 for N/cm^2, mPas, hz, "-" and "1" for
+    none, also "%".
     """
     written = text.strip().replace("²", "^2").replace("³", "^3")
     written = written.replace("Âµ", "µ").replace("Î¼", "μ")  # UTF-8 that was read as Latin-1
     if not unit:
-        return "" if written in ("-", "1", "") else None
+        return {"-": "", "1": "", "": "", "%": "%"}.get(written)
     written = re.sub(r"(?<=[A-Za-zµμ])([23])(?![0-9])", r"^\1", written)
     if unit == "Pa":
         written = _PRESSURES.get(written.casefold() if written != "mPa" else "", written)
+    if unit in ("Hz", "rad/s"):
+        written = _FREQUENCIES.get(written.casefold(), written)
     if unit == "K":
         written = {"C": "degC", "°C": "degC", "℃": "degC", "deg C": "degC"}.get(written, written)
     if unit == "Pa*s":

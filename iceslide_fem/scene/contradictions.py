@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from iceslide_fem.relaxation.doubts import FURTHEST_UNDETERMINED, outside
 from iceslide_fem.relaxation.shift import Shift
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene.contact_age import check_contact_age
@@ -101,7 +102,7 @@ def _dry_shear_has_a_motion(scene: Tables) -> None:
 
 
 def _rubber_relaxes_here(scene: Tables) -> None:
-    """Raise ValueError if the time-temperature shift is undefined at the scene's temperature."""
+    """Raise ValueError if the time-temperature shift is unknown at the scene's temperature."""
     relaxation, temperature = scene.rubber.relaxation, scene.ice.temperature
     shift = None if relaxation is None else relaxation.shift
     if isinstance(shift, Shift) and not np.isfinite(shift(temperature)):
@@ -112,6 +113,16 @@ def _rubber_relaxes_here(scene: Tables) -> None:
             f"reference - C2 = {coldest:.4g} degC or colder; allowed: warmer ice, or "
             "arrhenius_below and activation_energy"
         )
+    measured = scene.rubber.measured
+    if measured is not None and not measured.determined:
+        beyond = outside(measured.relaxation, temperature)
+        if beyond > FURTHEST_UNDETERMINED:
+            raise ValueError(
+                f"rubber.dma says nothing about {temperature - ZERO_CELSIUS:.4g} degC: its "
+                f"isotherms do not determine C1 and C2, and that is {beyond:.0f} K outside of "
+                f"them; allowed: up to {FURTHEST_UNDETERMINED:g} K, isotherms that reach further, "
+                "or rubber.wlf or rubber.shift_factors"
+            )
 
 
 def _loads_may_change(scene: Tables) -> None:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from math import pi, sqrt
 
+from iceslide_fem.relaxation.doubts import of_fit, of_use
 from iceslide_fem.runtime.units import ZERO_CELSIUS, readable
 from iceslide_fem.scene.materials import BAR
 from iceslide_fem.scene.model import Scene
@@ -42,6 +43,7 @@ def notes(scene: Scene) -> list[str]:
     """Notes without full stop; none if all keys have an effect and all values are usual."""
     table = scene.outside_table()
     found = _unused(scene) + _point(scene) + _wet_start(scene) + ([table] if table else [])
+    found += _relaxation(scene)
     return found + _outside_envelope(scene)
 
 
@@ -142,6 +144,15 @@ def _wet_start(scene: Scene) -> list[str]:
         f"film.initial_height = {readable(height, 'm')} with film.dry_stress: rubber begins on a "
         "film of water; film.initial_height = 0 begins dry"
     ]
+
+
+def _relaxation(scene: Scene) -> list[str]:
+    """Notes on rubber that relaxes: its table, the fit to it, and its temperatures."""
+    if (relaxation := scene.rubber.relaxation) is None:
+        return []
+    measured = scene.rubber.measured
+    fit = [] if measured is None else [f"rubber.dma: {each}" for each in of_fit(measured)]
+    return fit + of_use(relaxation, scene.ice.temperature)
 
 
 def _have(keys: list[str]) -> str:

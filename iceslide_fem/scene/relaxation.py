@@ -3,20 +3,54 @@
 from __future__ import annotations
 
 import json
+from itertools import pairwise
 from typing import Annotated, Any, Self
 
 from pydantic import BeforeValidator, PlainSerializer, model_validator
 from pydantic_core import PydanticCustomError
 
 from iceslide_fem.relaxation.prony import Prony
-from iceslide_fem.relaxation.shift import Shift
+from iceslide_fem.relaxation.shift import Shift, ShiftTable
 from iceslide_fem.scene.table import Table
 from iceslide_fem.scene.units import Quantity
 
-MOST_ARMS = 50
+MOST_ARMS = 60
 FRACTION = Quantity("", "1e-9", "0.999999")
 TIME = Quantity("s", "1e-15 s", "1e15 s")
+TEMPERATURE = Quantity("K", "-150 degC", "200 degC")
+LOG = Quantity("", "-50", "50")
+MOST_FACTORS = 200
 SOFTEST = 1e-6  # long-term modulus over the instantaneous one
+
+
+def read_factors(given: Any) -> Any:
+    """Rows (temperature in K, log10 a_T) by temperature, colder rubber being slower.
+
+    Raises PydanticCustomError if they are invalid.
+    """
+    if given is None:
+        return None
+    form = 'is no list of two or more rows [temperature, log10 a_T], as in [["-20 degC", 2.1], ...]'
+    if not isinstance(given, list | tuple) or not 2 <= len(given) <= MOST_FACTORS:
+        raise _fault(form)
+    rows = []
+    for number, row in enumerate(given, start=1):
+        if not isinstance(row, list | tuple) or len(row) != 2:
+            raise _fault(form)
+        try:
+            rows.append((TEMPERATURE.validate(row[0]), LOG.validate(row[1])))
+        except PydanticCustomError as error:
+            raise _fault(f"row {number}, {json.dumps(row)}: {error.message()}") from None
+    temperatures, logs = zip(*sorted(rows), strict=True)
+    for i, (before, after) in enumerate(pairwise(logs)):
+        if temperatures[i] == temperatures[i + 1] or after >= before:
+            raise _fault(
+                f"log10 a_T does not fall from {temperatures[i]:g} to {temperatures[i + 1]:g} K; "
+                "allowed: rows of different temperatures, the colder the larger"
+            )
+    if not logs[-1] <= 0.0 <= logs[0]:
+        raise _fault("log10 a_T is nowhere 0 in its range, so no temperature is the reference")
+    return tuple(sorted(rows))
 
 
 def read_arms(given: Any) -> Any:
@@ -61,19 +95,28 @@ Arms = Annotated[
 ]
 
 
+Factors = Annotated[
+    tuple[tuple[float, float], ...] | None,
+    BeforeValidator(read_factors),
+    PlainSerializer(lambda rows: rows and [list(row) for row in rows], when_used="json"),
+]
+
+
 class Wlf(Table):
     """log10 a_T = -C1 (T - reference) / (C2 + T - reference), C2 and the reference in K.
 
     Below `arrhenius_below` (K) the Arrhenius law with `activation_energy` (J/mol) applies.
+    `measured` are the coldest and the warmest isotherm (K) that it comes from.
     """
 
     C1: Annotated[float, Quantity("", "0", "1000")]
     C2: Annotated[float, Quantity("K", "0.1 K", "10000 K")]
-    reference: Annotated[float, Quantity("K", "-150 degC", "200 degC")]
-    arrhenius_below: Annotated[float, Quantity("K", "-150 degC", "200 degC")] | None = None
+    reference: Annotated[float, TEMPERATURE]
+    arrhenius_below: Annotated[float, TEMPERATURE] | None = None
     activation_energy: Annotated[float, Quantity("J/mol", "0.1 kJ/mol", "2000 kJ/mol")] | None = (
         None
     )
+    measured: tuple[Annotated[float, TEMPERATURE], Annotated[float, TEMPERATURE]] | None = None
 
     @model_validator(mode="after")
     def _both_or_none(self) -> Self:
@@ -101,3 +144,9 @@ def series(arms: tuple[tuple[float, float], ...]) -> Prony:
     """The Prony series of arms."""
     fractions, times = zip(*arms, strict=True)
     return Prony(fractions, times)
+
+
+def shift_table(rows: tuple[tuple[float, float], ...]) -> ShiftTable:
+    """The shift of rows (temperature in K, log10 a_T)."""
+    temperatures, logs = zip(*rows, strict=True)
+    return ShiftTable(temperatures, logs)

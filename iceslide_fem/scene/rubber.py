@@ -15,8 +15,8 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from iceslide_fem.relaxation.compound import Relaxation
-from iceslide_fem.relaxation.dma_fit import relaxation_of
-from iceslide_fem.relaxation.shift import NoShift, Shift
+from iceslide_fem.relaxation.dma_fit import Characterised, measured_in
+from iceslide_fem.relaxation.shift import NoShift, Shift, ShiftTable
 from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.materials import (
     COMPOUNDS,
@@ -27,7 +27,7 @@ from iceslide_fem.scene.materials import (
     Solid,
 )
 from iceslide_fem.scene.outline_file import read_outline
-from iceslide_fem.scene.relaxation import Arms, Wlf, series
+from iceslide_fem.scene.relaxation import Arms, Factors, Wlf, series, shift_table
 from iceslide_fem.scene.shape import (
     WIDEST,
     Cut,
@@ -70,9 +70,9 @@ class Rubber(Table):
     of leading edges. `mesh` replaces the box by a mesh file with coordinates in `mesh_unit`.
 
     Viscoelasticity: `prony` has arms [g, tau (s)] with fractions g of the instantaneous modulus.
-    `modulus_is` tells which modulus C10 and C01 are. `wlf` shifts the times with temperature.
-    Instead of `prony`, `dma` is a table of measured moduli; arms are fitted to it, and also the
-    shift, unless `wlf` is given.
+    `modulus_is` tells which modulus C10 and C01 are. `wlf`, or the rows of `shift_factors`, shift
+    the times with temperature. Instead of `prony`, `dma` is a table of measured moduli; arms are
+    fitted to it, and also the shift, unless one is given.
     """
 
     compound: str | None = None
@@ -85,6 +85,7 @@ class Rubber(Table):
     prony: Arms = None
     dma: InputFile | None = None
     wlf: Wlf | None = None
+    shift_factors: Factors = None
     modulus_is: Literal["instantaneous", "long-term"] | None = None
     length: Length = 1e-3
     width: Length = 1e-3
@@ -182,8 +183,12 @@ class Rubber(Table):
                 "rubber.prony and rubber.dma contradict each other; give the arms, or the table "
                 "that they are fitted to"
             )
+        if self.wlf is not None and self.shift_factors is not None:
+            raise ValueError(
+                "rubber.wlf and rubber.shift_factors contradict each other; give one of them"
+            )
         if self.prony is None and self.dma is None:
-            for key in ("wlf", "modulus_is"):
+            for key in ("wlf", "shift_factors", "modulus_is"):
                 if getattr(self, key) is not None:
                     raise ValueError(
                         f"rubber.{key} has a meaning only for rubber that relaxes; leave it out, "
@@ -195,22 +200,31 @@ class Rubber(Table):
                 f"rubber.modulus_is is missing: rubber.{given} does not say which modulus the "
                 'compound, or C10 and C01, are; allowed: "instantaneous", "long-term"'
             )
-        if self.dma is not None:
-            relaxation_of(self.dma, "rubber.dma", self._given_shift)
+        _ = self.measured  # reports what is wrong with the table
         return self
+
+    @property
+    def measured(self) -> Characterised | None:
+        """The compound of the DMA table; None without one."""
+        return None if self.dma is None else measured_in(self.dma, "rubber.dma", self.given_shift)
 
     @property
     def relaxation(self) -> Relaxation | None:
         """Viscoelasticity of the rubber; None if it is elastic."""
-        shift = self._given_shift
-        if self.dma is not None:
-            return relaxation_of(self.dma, "rubber.dma", shift)
+        if (measured := self.measured) is not None:
+            return measured.relaxation
         if self.prony is None:
             return None
-        return Relaxation(series(self.prony), NoShift() if shift is None else shift)
+        ends = None if self.wlf is None else self.wlf.measured
+        if self.shift_factors is not None:
+            ends = self.shift_factors[0][0], self.shift_factors[-1][0]
+        return Relaxation(series(self.prony), self.given_shift or NoShift(), ends)
 
     @property
-    def _given_shift(self) -> Shift | None:
+    def given_shift(self) -> Shift | ShiftTable | None:
+        """The shift that the keys give, instead of a fitted one."""
+        if self.shift_factors is not None:
+            return shift_table(self.shift_factors)
         return None if self.wlf is None else self.wlf.shift
 
     @property

@@ -69,18 +69,18 @@ def found(path: Path, shift: Shift, below: float | None = None) -> tuple[str, ..
     """What comes back, as the cells of a row."""
     result = characterised(read_dma(path, "the table"), "the table", None, REFERENCE, below)
     reduced, law = result.reduced, result.relaxation.shift
-    assert isinstance(law, Shift)
+    assert isinstance(law, Shift) and result.misfit.tan_delta is not None  # of a DMA table
     times = np.geomspace(1.0 / reduced.max(), 1.0 / reduced.min(), 500)
     exact: Array = GLASSY * made_up().modulus(times)
     off = result.instantaneous * result.relaxation.prony.modulus(times) / exact - 1.0
     isotherms = ZERO_CELSIUS + CELSIUS
     decades = np.log10(law(isotherms) / shift(isotherms))
-    misfit = result.misfit
+    misfit, tan_delta = result.misfit, result.misfit.tan_delta
     energy = f"{law.activation_energy / 1e3:.1f}" if law.activation_energy else "-"
     return (
         f"{law.C1:.3f}", f"{law.C2:.2f}", energy, f"{np.abs(decades).max():.3f}",
         str(len(result.relaxation.prony.times)), f"{100 * np.abs(off).max():.2f} %",
-        f"{100 * misfit.storage:.2f} %", f"{100 * misfit.tan_delta:.2f} %",
+        f"{100 * misfit.storage:.2f} %", f"{100 * tan_delta:.2f} %",
     )  # fmt: skip
 
 

@@ -10,7 +10,7 @@ from iceslide_fem.preprocess.relaxation_options import rubber_in
 from iceslide_fem.preprocess.roughness.case import RoughnessCase
 from iceslide_fem.relaxation.compound import Relaxation
 from iceslide_fem.relaxation.prony import Prony
-from iceslide_fem.relaxation.shift import NoShift, Shift
+from iceslide_fem.relaxation.shift import AnyShift, NoShift, Shift
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import Scene, load_scene
@@ -62,7 +62,7 @@ def _elastic(case: RoughnessCase, scene: Scene | None) -> tuple[str, float]:
 
 def _relaxation(case: RoughnessCase, scene: Scene | None) -> Relaxation:
     """Arms and shift, from --prony or from the scene."""
-    shift: Shift | NoShift = NoShift() if case.wlf is None else Shift(*case.wlf)
+    shift: AnyShift = NoShift() if case.wlf is None else Shift(*case.wlf)
     if isinstance(case.prony, tuple):
         return Relaxation(series(case.prony), shift)
     if case.prony is not None:
@@ -75,7 +75,7 @@ def _relaxation(case: RoughnessCase, scene: Scene | None) -> Relaxation:
     return found if case.wlf is None else Relaxation(found.prony, shift)
 
 
-def _stretched(case: RoughnessCase, shift: Shift | NoShift) -> float:
+def _stretched(case: RoughnessCase, shift: AnyShift) -> float:
     """a_T at the given temperature. Raises SceneError if it is missing or has no effect."""
     if isinstance(shift, NoShift):
         if case.temperature is not None:

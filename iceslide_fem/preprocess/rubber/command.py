@@ -61,7 +61,7 @@ def run(values: Mapping[str, Any], out: Path, force: bool = False) -> dict[str, 
 
 def lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
     """The main figures of the rubber as names and readable values."""
-    of, wlf, measured = figures["moduli_of"], figures["wlf"], figures.get("measured")
+    of, measured = figures["moduli_of"], figures.get("measured")
     low, high = (value / 6.283185307179586 for value in figures["reduced_frequencies_rad_per_s"])
     arms = len(figures["prony"])
     result = [
@@ -70,17 +70,8 @@ def lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
         (f"{of}, instantaneous", f"{figures['instantaneous_modulus_Pa'] / 1e6:.4g} MPa"),
         (f"{of}, long-term", f"{figures['long_term_modulus_Pa'] / 1e6:.4g} MPa"),
         ("reduced frequencies", f"{low:.3g} to {high:.3g} Hz"),
+        ("shift", figures["shift"]),
     ]
-    if wlf is None:
-        result.append(("shift", "none"))
-    else:
-        text = f"C1 = {wlf['C1']:.4g} (log10), C2 = {wlf['C2_K']:.4g} K, reference "
-        text += f"{wlf['reference_K'] - ZERO_CELSIUS:.4g} degC"
-        result.append(("WLF", text))
-        if "activation_energy_J_per_mol" in wlf:
-            energy = wlf["activation_energy_J_per_mol"] / 1e3
-            text = f"{energy:.4g} kJ/mol below {wlf['arrhenius_below_K'] - ZERO_CELSIUS:.4g} degC"
-            result.append(("Arrhenius", text))
     if measured is not None:
         result += _fit_lines(of, measured)
     return [*result, ("seconds", f"{figures['wall_s']:.1f}")]
@@ -94,15 +85,22 @@ def _fit_lines(of: str, measured: Mapping[str, Any]) -> list[tuple[str, str]]:
     result = [
         ("rows", str(measured["rows"])),
         ("isotherms", f"{span} degC"),
-        (f"rms of ln {of}'", f"{measured['rms_ln_storage']:.3g}"),
-        ("rms of ln tan delta", f"{measured['rms_ln_tan_delta']:.3g}"),
+    ]
+    if (tan_delta := measured["rms_ln_tan_delta"]) is None:
+        result.append((f"rms of ln {of}(t)", f"{measured['rms_ln_storage']:.3g}"))
+    else:
+        result += [
+            (f"rms of ln {of}'", f"{measured['rms_ln_storage']:.3g}"),
+            ("rms of ln tan delta", f"{tan_delta:.3g}"),
+        ]
+    result.append(
         (
             "largest deviation",
             f"{measured['largest_ln']:+.3g} of ln {measured['largest_of']}, "
             f"{measured['largest_at_Hz']:.4g} Hz, "
             f"{measured['largest_at_K'] - ZERO_CELSIUS:.4g} degC",
-        ),
-    ]
+        )
+    )
     if "isotherms_off_law_decades" in measured:
         off = measured["isotherms_off_law_decades"]
         result.append(("isotherms off the law", f"up to {off:.2g} decades"))

@@ -11,7 +11,8 @@ from iceslide_fem.preprocess.rubber.case import RubberCase
 from iceslide_fem.relaxation.compound import Relaxation
 from iceslide_fem.relaxation.dma import read_dma
 from iceslide_fem.relaxation.dma_fit import Characterised, characterised
-from iceslide_fem.relaxation.shift import NoShift, Shift
+from iceslide_fem.relaxation.prony_fit import MOST_ARMS
+from iceslide_fem.relaxation.shift import NoShift
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.units import ZERO_CELSIUS
@@ -33,7 +34,7 @@ class Compound:
 
     name: for titles; modulus: instantaneous, Pa; of: its kind, Young's (E) or shear modulus (G);
     constants: instantaneous; keys: of a scene's `[rubber]`, with comments; measured: data of a DMA
-    table, or None.
+    table, or None; of_is_assumed: whether nothing says what `of` is.
     """
 
     name: str
@@ -44,12 +45,13 @@ class Compound:
     keys: dict[str, tuple[Any, str]]
     modulus_is: str
     measured: Characterised | None = None
+    of_is_assumed: bool = False
 
     @property
     def reference(self) -> float | None:
         """Reference temperature (K) of the arms' times; None if times do not shift."""
         shift = self.relaxation.shift
-        return shift.reference if isinstance(shift, Shift) else None
+        return None if isinstance(shift, NoShift) else shift.reference
 
     @property
     def frequencies(self) -> tuple[float, float]:
@@ -87,17 +89,20 @@ def temperatures(case: RubberCase, found: Compound) -> list[float]:
 
 
 def _of_table(case: RubberCase) -> Compound:
-    table = read_dma(case.source, SAID, case.kind)
+    table = read_dma(case.source, SAID, case.kind, case.strain, case.temperature)
     said = f"{SAID} {case.source}"
     isotherms = table.isotherms
     if len(isotherms) == 1 and case.wlf is None:
-        for option in ("reference", "arrhenius_below"):
+        for option in ("reference", "shift", "arrhenius_below"):
             if getattr(case, option) is not None:
                 raise SceneError(
                     f"{said} has one temperature, {isotherms[0] - ZERO_CELSIUS:.4g} degC, so that "
                     f"--{option.replace('_', '-')} has no meaning; leave it out, or give --wlf"
                 )
-    measured = characterised(table, said, case.shift, case.reference, case.arrhenius_below)
+    measured = characterised(
+        table, said, case.given_shift, case.reference, case.arrhenius_below, case.shift or "wlf",
+        case.arms or MOST_ARMS,
+    )  # fmt: skip
     shear = measured.instantaneous / (3.0 if table.of == "E" else 1.0)
     now = MooneyRivlin(0.5 * shear, 0.0, 2.0 / BULK_MODULUS)
     modulus_is = case.modulus_is or "long-term"
@@ -116,7 +121,7 @@ def _of_table(case: RubberCase) -> Compound:
     }
     return Compound(
         case.source.stem, table.of, measured.instantaneous, measured.relaxation, now, keys,
-        modulus_is, measured,
+        modulus_is, measured, case.kind is None and not table.named,
     )  # fmt: skip
 
 
@@ -136,10 +141,11 @@ def _of_scene(case: RubberCase) -> Compound:
     found = Compound(scene.name, "E", now.youngs_modulus, relaxation, now, keys, rubber.modulus_is)
     if rubber.dma is None:
         return found
-    said = f"rubber.dma {rubber.dma}"
-    table = read_dma(rubber.dma, "rubber.dma")
-    measured = characterised(table, said, None if rubber.wlf is None else rubber.wlf.shift)
+    measured = rubber.measured
+    assert measured is not None  # of rubber.dma
+    table = measured.dma
     # The table gives ratios, so its moduli are scaled to the constants.
     ratio = now.youngs_modulus / measured.instantaneous
-    scaled = replace(table, of="E", storage=ratio * table.storage, loss=ratio * table.loss)
+    loss = None if table.loss is None else ratio * table.loss
+    scaled = replace(table, of="E", storage=ratio * table.storage, loss=loss)
     return replace(found, measured=replace(measured, dma=scaled, instantaneous=now.youngs_modulus))

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from iceslide_fem.preprocess.rubber.case import RubberCase
 from iceslide_fem.preprocess.rubber.compound import Compound, temperatures
 from iceslide_fem.preprocess.rubber.curves import at_rate, simple_shear, uniaxial
-from iceslide_fem.relaxation.shift import Shift
+from iceslide_fem.relaxation.shift import NoShift, Shift, ShiftTable
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 
@@ -57,6 +57,8 @@ def master_curve(found: Compound) -> Figure:
         for T, colour in zip(found.isotherms, _colours(len(found.isotherms)), strict=True):
             here = dma.temperature == T
             reduced = measured.reduced[here] / (2.0 * np.pi)
+            if dma.loss is None or dma.tan_delta is None:  # relaxation: see over_time
+                continue
             left.plot(reduced, dma.storage[here] / 1e6, ".", color=colour, label=_celsius(T))
             left.plot(reduced, dma.loss[here] / 1e6, "x", color=colour, ms=4)
             right.plot(reduced, dma.tan_delta[here], ".", color=colour)
@@ -66,7 +68,8 @@ def master_curve(found: Compound) -> Figure:
     left.plot(hertz, moduli.imag / 1e6, "k--", lw=1, label=f"{found.of}″, {fitted}")
     right.plot(hertz, moduli.imag / moduli.real, "k-", lw=1)
     of = found.of
-    marks = "" if found.measured is None else f"; {of}′: dots, {of}″: crosses"
+    dots = found.measured is not None and found.measured.dma.loss is not None
+    marks = f"; {of}′: dots, {of}″: crosses" if dots else ""
     left.set(title=f"storage {of}′ and loss modulus {of}″{marks}", ylabel="modulus (MPa)")
     right.set(title="loss factor tan δ", ylabel="tan δ")
     for axes in (left, right):
@@ -83,6 +86,8 @@ def _title(found: Compound) -> str:
     if found.measured is None:
         return text
     off = found.measured.misfit
+    if off.tan_delta is None:
+        return f"{text}, rms {100 * off.storage:.2g} % of {found.of}(t)"
     return (
         f"{text}, rms {100 * off.storage:.2g} % of {found.of}′ and {100 * off.tan_delta:.2g} % of "
         "tan δ"
@@ -94,18 +99,13 @@ def shift_factors(found: Compound) -> Figure:
     figure = Figure(figsize=(6.5, 4.4), layout="constrained")
     axes = figure.subplots()
     shift, T = found.relaxation.shift, found.isotherms
-    if isinstance(shift, Shift):
+    if not isinstance(shift, NoShift):
         low, high = span(found, shift)
         line = np.linspace(low - 5.0, high + 5.0, 400)
         with np.errstate(invalid="ignore"):
             logs = np.log10(shift(line))
         there = np.isfinite(logs) & (logs < 30.0)
-        label = f"WLF: C1 {shift.C1:.4g}, C2 {shift.C2:.4g} K, reference "
-        label += _celsius(shift.reference)
-        if shift.activation_energy:
-            label += f",\n{shift.activation_energy / 1e3:.4g} kJ/mol below "
-            label += _celsius(shift.arrhenius_below)
-        axes.plot(line[there] - ZERO_CELSIUS, logs[there], "k-", lw=1, label=label)
+        axes.plot(line[there] - ZERO_CELSIUS, logs[there], "k-", lw=1, label=shift.words)
         if found.measured is not None and found.measured.factors is not None:
             alone = np.log10(found.measured.factors)
             axes.plot(T - ZERO_CELSIUS, alone, "C0o", ms=5, label="isotherms, each on its own")
@@ -131,7 +131,7 @@ def shift_factors(found: Compound) -> Figure:
     return figure
 
 
-def span(found: Compound, shift: Shift) -> tuple[float, float]:
+def span(found: Compound, shift: Shift | ShiftTable) -> tuple[float, float]:
     """Range of drawn temperatures (K)."""
     T = found.isotherms
     if T.size:
@@ -144,7 +144,7 @@ def over_temperature(found: Compound) -> Figure:
     figure = Figure(figsize=(6.5, 4.4), layout="constrained")
     axes = figure.subplots()
     shift = found.relaxation.shift
-    if isinstance(shift, Shift):
+    if not isinstance(shift, NoShift):
         line = np.linspace(*span(found, shift), 300)
         line = line[np.isfinite(shift(line))]
         moduli = found.modulus * found.relaxation.prony.dynamic(2.0 * np.pi * shift(line))
@@ -182,6 +182,13 @@ def over_time(case: RubberCase, found: Compound) -> Figure:
         times = reduced * found.relaxation.shift(T)
         label = "any temperature" if everywhere else _celsius(T)
         axes.loglog(times, found.modulus * prony.modulus(reduced) / 1e6, color=colour, label=label)
+    if found.measured is not None and found.measured.dma.loss is None:
+        dma = found.measured.dma
+        for T, colour in zip(found.isotherms, _colours(len(found.isotherms)), strict=True):
+            here = dma.temperature == T
+            label = f"{_celsius(T)}, measured"
+            times = 1.0 / dma.frequency[here]
+            axes.loglog(times, dma.storage[here] / 1e6, ".", color=colour, label=label)
     for value, name in ((1.0, "instantaneous"), (prony.long_term, "long-term")):
         axes.axhline(found.modulus * value / 1e6, color="0.6", lw=0.8, ls=":")
         axes.text(

@@ -17,18 +17,26 @@ def rubber(
         typer.Argument(
             metavar="DMA.csv|SCENE.toml",
             help="Table of frequency, temperature, storage modulus, and loss modulus or tan "
-            "delta; or a scene, whose rubber is shown.",
+            "delta; or of time, temperature, relaxation modulus; or a scene, whose rubber is "
+            "shown.",
             show_default=False,
         ),
     ],
     of: Annotated[Text, option("E|G", "What the moduli are of.", "as headings say, else E")] = None,
+    strain: Annotated[Text, option("STRAIN", "Amplitude of the rows taken: 0.1%.", "all")] = None,
+    temperature: Annotated[Text, option("T", "Of a table without temperatures: 20degC.")] = None,
     reference: Annotated[
         Text, option("T", "Of the master curve: 20degC.", "the isotherm nearest to 20degC")
+    ] = None,
+    shift: Annotated[
+        Text,
+        option("NAME", "wlf, arrhenius, or table: each isotherm's own factor.", "wlf"),
     ] = None,
     wlf: Annotated[
         Text, option("C1,C2,T", "Given instead of fitted: 7.4,121.6,20degC (log10, K).")
     ] = None,
     arrhenius_below: Annotated[Text, option("T", "Colder isotherms: an activation energy.")] = None,
+    arms: Annotated[Text, option("N", "Most arms of the series, up to 60.", "20")] = None,
     modulus_is: Annotated[
         Text, option("NAME", "C10 written: instantaneous or long-term.", "long-term")
     ] = None,

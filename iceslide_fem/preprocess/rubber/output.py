@@ -9,7 +9,8 @@ import numpy as np
 
 from iceslide_fem.preprocess.rubber.case import RubberCase
 from iceslide_fem.preprocess.rubber.compound import Compound
-from iceslide_fem.relaxation.shift import Shift
+from iceslide_fem.relaxation.doubts import of_fit
+from iceslide_fem.relaxation.shift import Shift, ShiftTable
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 
 PER_DECADE = 10  # rows of the relaxation
@@ -36,11 +37,17 @@ def fragment(found: Compound) -> str:
     lines.append("]")
     shift = found.relaxation.shift
     if isinstance(shift, Shift):
-        lines += ["# log10 a_T = -C1 (T - reference) / (C2 + T - reference), C2 in K", _wlf(shift)]
+        lines += [
+            "# log10 a_T = -C1 (T - reference) / (C2 + T - reference), C2 in K",
+            _wlf(shift, found.relaxation.measured),
+        ]
+    elif isinstance(shift, ShiftTable):
+        rows = ", ".join(f"[{T:.7g}, {log:.7g}]" for T, log in shift.rows)
+        lines += ["# rows of T in K, log10 a_T", f"shift_factors = [{rows}]"]
     return "\n".join(lines) + "\n"
 
 
-def _wlf(shift: Shift) -> str:
+def _wlf(shift: Shift, measured: tuple[float, float] | None) -> str:
     keys = {
         "C1": f"{shift.C1:.7g}",
         "C2": f"{shift.C2:.7g}",
@@ -49,6 +56,8 @@ def _wlf(shift: Shift) -> str:
     if shift.activation_energy:
         keys["arrhenius_below"] = f"{shift.arrhenius_below:.7g}"
         keys["activation_energy"] = f"{shift.activation_energy:.7g}"
+    if measured is not None:
+        keys["measured"] = f"[{measured[0]:.7g}, {measured[1]:.7g}]"
     return "wlf = { " + ", ".join(f"{key} = {value}" for key, value in keys.items()) + " }"
 
 
@@ -98,7 +107,9 @@ def summary(case: RubberCase, found: Compound) -> dict[str, Any]:
         "long_term_modulus_Pa": found.modulus * prony.long_term,
         "prony": [list(arm) for arm in zip(prony.fractions, prony.times, strict=True)],
         "modulus_is": found.modulus_is,
+        "shift": shift.words,
         "wlf": None,
+        "shift_factors": shift.rows if isinstance(shift, ShiftTable) else None,
         "reduced_frequencies_rad_per_s": [low, high],
         "warnings": warnings(found),
     }
@@ -128,14 +139,20 @@ def summary(case: RubberCase, found: Compound) -> dict[str, Any]:
 
 
 def warnings(found: Compound) -> list[str]:
-    """Warnings on the use of the series."""
+    """Warnings on the table, the fit, and the use of the series."""
     measured, prony = found.measured, found.relaxation.prony
     if measured is None:
         return []
+    result = of_fit(measured)
+    if found.of_is_assumed:
+        result.append(
+            "headings do not say whether moduli are Young's (E) or shear moduli (G): they are "
+            "taken as E. For those of a rotational rheometer give --of G: C10 is then three times "
+            "as large"
+        )
     low, high = found.frequencies
     g, tau = np.array(prony.fractions), np.array(prony.times)
     fast, slow = g[tau * high < 1.0].sum(), g[tau * low > 1.0].sum()
-    result = []
     if fast > UNSEEN:
         result.append(
             f"{100 * fast:.0f} % of the instantaneous modulus relax faster than the highest "

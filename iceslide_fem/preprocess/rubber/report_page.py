@@ -15,7 +15,7 @@ from iceslide_fem.preprocess.rubber.compound import Compound, temperatures
 from iceslide_fem.preprocess.rubber.curves import at_rate, simple_shear, uniaxial
 from iceslide_fem.preprocess.rubber.figures import APART, LARGEST_STRAIN, span
 from iceslide_fem.preprocess.rubber.output import fragment
-from iceslide_fem.relaxation.shift import Shift
+from iceslide_fem.relaxation.shift import NoShift
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 
 LEFT_OUT = (
@@ -65,17 +65,20 @@ def _moduli(found: Compound) -> list[Chart]:
         Curve(f"{of}''", hertz, moduli.imag / 1e6, 1),
     ]
     ratio = [Curve("tan delta", hertz, moduli.imag / moduli.real)]
-    if (measured := found.measured) is not None:
-        at = measured.reduced / (2.0 * np.pi)
-        order, dma = np.argsort(at), measured.dma
-        x = at[order]
-        curves += [
-            Curve(f"{of}' measured", x, dma.storage[order] / 1e6, 0, True),
-            Curve(f"{of}'' measured", x, dma.loss[order] / 1e6, 1, True),
-        ]
-        ratio.append(Curve("measured", x, dma.tan_delta[order], 0, True))
     times = 1.0 / frequency[::-1]
     fall = [Curve(f"{of}(t)", times, found.modulus * prony.modulus(times) / 1e6)]
+    if (measured := found.measured) is not None:
+        order, dma = np.argsort(measured.reduced), measured.dma
+        x, storage = measured.reduced[order] / (2.0 * np.pi), dma.storage[order] / 1e6
+        if dma.loss is None or dma.tan_delta is None:
+            at = 1.0 / measured.reduced[order]
+            fall.append(Curve("measured", at[::-1], storage[::-1], 0, True))
+        else:
+            curves += [
+                Curve(f"{of}' measured", x, storage, 0, True),
+                Curve(f"{of}'' measured", x, dma.loss[order] / 1e6, 1, True),
+            ]
+            ratio.append(Curve("measured", x, dma.tan_delta[order], 0, True))
     where = "reduced frequency (Hz)"
     return [
         Chart("moduli", "Storage and loss modulus", "Moduli over the reduced frequency.", where,
@@ -89,7 +92,7 @@ def _moduli(found: Compound) -> list[Chart]:
 
 def _shift(found: Compound) -> list[Chart]:
     shift, T = found.relaxation.shift, found.isotherms
-    if not isinstance(shift, Shift):
+    if isinstance(shift, NoShift):
         return []
     line = np.linspace(*span(found, shift), 200)
     line = line[np.isfinite(shift(line))]
@@ -127,16 +130,10 @@ def _stress(case: RubberCase, found: Compound) -> list[Chart]:
 
 def _command(case: RubberCase) -> str:
     words = ["iceslide", "rubber", str(Path(case.source))]
-    if case.kind is not None:
-        words += ["--of", case.kind]
-    for name, unit in (("reference", "K"), ("arrhenius_below", "K")):
-        if (value := getattr(case, name)) is not None:
-            words += [f"--{name.replace('_', '-')}", f"{value:g}{unit}"]
-    if case.wlf is not None:
-        words += ["--wlf", ",".join(f"{value:g}" for value in case.wlf)]
-    if case.modulus_is is not None:
-        words += ["--modulus-is", case.modulus_is]
-    words += ["--rates", ",".join(f"{rate:g}" for rate in case.rates)]
-    if case.temperatures is not None:
-        words += ["--temperatures", ",".join(f"{T:g}" for T in case.temperatures)]
+    for name, field in type(case).model_fields.items():
+        value = getattr(case, name)
+        if name == "source" or value == field.default:
+            continue
+        text = ",".join(f"{each:g}" for each in value) if isinstance(value, tuple) else value
+        words += [str(field.alias), text if isinstance(text, str) else f"{text:g}"]
     return shlex.join(words)

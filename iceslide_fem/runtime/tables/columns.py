@@ -13,13 +13,27 @@ from iceslide_fem.runtime.tables.cells import TextTable
 from iceslide_fem.runtime.tables.layout import read_table
 from iceslide_fem.runtime.units import si_unit, to_si
 
-_IN_BRACKETS = re.compile(r"\s*(.*?)\s*(?:\(\s*(.*?)\s*\)|\[\s*(.*?)\s*\]|<(.*)>)\s*")
+_IN_BRACKETS = re.compile(r"\s*(.*?)\s*(?:\(\s*([^()]*?)\s*\)|\[\s*([^\[\]]*?)\s*\]|<(.*)>)\s*")
 _IN_TEXT = re.compile(
     r"[\[(]\s*([^\])]{1,12}?)\s*[\])]|_([A-Za-z0-9/^]{2,7})\b"
     r"|\b(?:in|units?|einheiten|unités|valore?|hodnot)\b[\s:=]*([^\s,;:]{1,12})",
     re.IGNORECASE,
 )
-_AFTER = re.compile(r"\s*(.*?)\s(?:/\s*|in\s)(\S+)\s*")  # pressure / bar, pressure in bar
+_AFTER = re.compile(r"\s*(.*?)(?:\s*/\s*|\sin\s)(\S+)\s*")  # pressure / bar, pressure in bar
+# Characters of names that mean the same, and those without a meaning.
+_SAME = str.maketrans(
+    {
+        "\N{PRIME}": "'",
+        "\N{ACUTE ACCENT}": "'",
+        "\N{RIGHT SINGLE QUOTATION MARK}": "'",
+        "`": "'",
+        '"': "''",
+        "\N{DOUBLE PRIME}": "''",
+        "\N{RIGHT DOUBLE QUOTATION MARK}": "''",
+        "δ": "delta",
+    }
+)
+_WITHOUT_MEANING = re.compile(r"[\s_\-().]+")
 
 
 class Wanted(NamedTuple):
@@ -65,8 +79,14 @@ def units_named(lines: Iterable[str], unit: str) -> list[str]:
 
 
 def places(table: TextTable, column: Wanted) -> list[int]:
-    """Indices of columns with the name of the wanted one."""
-    return [i for i, name in enumerate(table.heading) if _matches(name, column)]
+    """Indices of columns with the name of the wanted one; of several those with its unit.
+
+    So t (s) and T (degC) are told apart.
+    """
+    named = [i for i, name in enumerate(table.heading) if _matches(name, column)]
+    if len(named) == 1:
+        return named
+    return [i for i in named if column_unit(table, i, column.unit) is not None] or named
 
 
 def find_columns(
@@ -119,7 +139,9 @@ def to_si_units(values: Array, given: str, unit: str) -> Array:
 
 def _in_si(table: TextTable, index: int, column: Wanted) -> Array:
     given = column_unit(table, index, column.unit)
-    if given is None and (column.unit or _written_unit(table, index)):
+    # All of "tan(delta)" is a name.
+    bare = index >= len(table.units) and _plain(table.heading[index]) in _names(column)
+    if given is None and (column.unit or (_written_unit(table, index) and not bare)):
         _refuse_unit(table, index, column.unit, column.name, column.heading)
     values = table.column(index)
     return values if not given else to_si_units(values, given, column.unit)
@@ -144,10 +166,13 @@ def _written_unit(table: TextTable, index: int) -> str:
 
 
 def _matches(heading: str, column: Wanted) -> bool:
-    names = {_plain(name) for name in (column.name, column.heading, *column.other)}
     bracketed = _IN_BRACKETS.fullmatch(heading)
     given = {heading, _named(heading, column.unit)[0], bracketed[1] if bracketed else heading}
-    return any(_plain(name) in names for name in given)
+    return any(_plain(name) in _names(column) for name in given)
+
+
+def _names(column: Wanted) -> set[str]:
+    return {_plain(name) for name in (column.name, column.heading, *column.other)}
 
 
 def _named(heading: str, unit: str) -> tuple[str, str | None]:
@@ -167,7 +192,9 @@ def _named(heading: str, unit: str) -> tuple[str, str | None]:
 
 
 def _plain(name: str) -> str:
-    return re.sub(r"[\s_\-]+", "_", name.strip().strip('"')).casefold()
+    """A name without case, blanks, dashes, dots and brackets, in one spelling of its marks."""
+    text = name.casefold().translate(_SAME)
+    return _WITHOUT_MEANING.sub("", text)
 
 
 def columns_of_two(

@@ -1,6 +1,8 @@
 """Layout of a table in text: separator, decimal mark, heading, rows.
 
-The whole file decides, not one line. An ambiguous file is refused.
+The whole file decides, not one line. Blocks of rows below the same heading are one table, words
+after the last row are left out, and a comment above the rows that has their width is the heading.
+An ambiguous file is refused.
 """
 
 from __future__ import annotations
@@ -24,12 +26,15 @@ from iceslide_fem.runtime.tables.text import LARGEST_TABLE, read_text
 
 REMARKS = ("#", "%", "//")
 SEPARATORS: tuple[str | None, ...] = (";", "\t", ",", None)  # None for blanks
+NO_UNIT = ("-", "\N{EN DASH}", "\N{EM DASH}")  # in a row of units
 LOOKED_AT, MOST_CELLS = 400, 10_000  # sample from the whole file that decides on the separator
 _EITHER = re.compile(r"[+-]?[1-9][0-9]{0,2}[.,][0-9]{3}")  # 1,234: 1234 or 1.234
 _SHEET_ERROR = re.compile(r"#(?:N/A|NV|NUM|ZAHL|DIV|VALUE|WERT)\b", re.IGNORECASE)
 _FOUR_DIGITS = re.compile(r"(?<![0-9.,])[0-9]{4}")
 _TWO_COMMAS = re.compile(r",[0-9]*,")
-_UNIT_BELOW = re.compile(r"[\[(]?[^\s\d]*\S?[\])]?")  # of a separate row of units
+# A cell of a separate row of units: rad/s, [1/s], deg C, [-].
+_UNIT_BELOW = re.compile(r"[\[(]?\s*(?:1/|deg )?[^\s\d]*\S?\s*[\])]?")
+_UNIT_FIRST = re.compile(r"%\s*[,;\t]")  # of a row of units that begins with percent
 _NAME_AND_UNIT = re.compile(r"[^\s(\[]+(?:\s*[(\[][^)\]]*[)\]])?")
 
 
@@ -50,32 +55,62 @@ def parse(text: str, said: str) -> TextTable:
     separator = _separator(lines, separators)
     if separator != "\t":
         lines = [line for line in lines if line.text.strip()]
-    counts = [len(split(line.text, separator)) for line in lines]
-    usual = _usual(counts)
-    starts = (
-        i
-        for i, line in enumerate(lines)
-        if counts[i] == usual and _begins(split(line.text, separator))
-    )
+    usual = _usual([split(line.text, separator) for line in lines])
+    starts = (i for i, line in enumerate(lines) if _is_row(line, separator, usual))
     if (start := next(starts, None)) is None:
         raise SceneError(f"{said} has no numbers in it")
-    before, data = lines[:start], lines[start:]
-    for i, (line, given) in enumerate(zip(lines, counts, strict=True)):
-        words = i < start and any(map(is_word, split(line.text, separator)))
-        if given != usual and not words:
-            raise SceneError(
-                f"{said}: line {line.number} has {given} value{'s' * (given != 1)}; "
-                f"the others have {usual}"
-            )
+    before, data = lines[:start], _one_block(lines[:start], lines[start:], separator, usual)
+    _check_widths(said, [*before, *data], data[0].number, separator, usual)
     heads = [_names(line.text, separator, usual) for line in before]
     ended = _ends_in_separators(heads[-1] if heads else [], data, separator, usual)
     width = usual - ended
     heading, units, above = _heading(heads, width)
+    if not heading:
+        commented = [_names(remark, separator, usual) for remark in remarks]
+        heading, units, _ = _heading(commented, width)
     decimal = _decimal(said, data, separator)
     said_above = (*remarks, *(line.text for line in before[:above]))
     return TextTable(
         said, said_above, heading, units, tuple(data), width, separator, decimal, bool(ended)
     )
+
+
+def _is_row(line: Line, separator: str | None, usual: int) -> bool:
+    """Whether a line has the usual number of cells, and values in them."""
+    cells = split(line.text, separator)
+    return len(cells) == usual and _begins(cells)
+
+
+def _one_block(
+    before: Sequence[Line], data: Sequence[Line], separator: str | None, usual: int
+) -> list[Line]:
+    """Rows of all blocks below the same heading, without the words between and after them."""
+    headings = {line.text for line in before if len(split(line.text, separator)) >= usual}
+    kept: list[Line] = []
+    rows = 0  # of `kept`, up to the last row
+    for line in data:
+        if line.text in headings:
+            del kept[rows:]
+            continue
+        kept.append(line)
+        if _is_row(line, separator, usual):
+            rows = len(kept)
+    words = all(all(map(is_word, split(line.text, separator))) for line in kept[rows:])
+    return kept[:rows] if words else kept
+
+
+def _check_widths(
+    said: str, lines: Sequence[Line], first: int, separator: str | None, usual: int
+) -> None:
+    """Refuse lines without the usual number of cells, but for words above the `first` row."""
+    for line in lines:
+        cells = split(line.text, separator)
+        if len(cells) == usual or (line.number < first and any(map(is_word, cells))):
+            continue
+        given = f"{len(cells)} value{'s' * (len(cells) != 1)}"
+        if any(map(is_word, cells)):
+            given += f' ("{line.text[:40]}")'
+        raise SceneError(f"{said}: line {line.number} has {given}; the others have {usual}")
 
 
 def _lines(text: str) -> tuple[list[str], list[Line], Sequence[str | None]]:
@@ -87,7 +122,11 @@ def _lines(text: str) -> tuple[list[str], list[Line], Sequence[str | None]]:
         bare = line.strip(" \N{NO-BREAK SPACE}")
         if number_ == 1 and (given := re.fullmatch(r'"?sep=(.)"?', bare)):  # of Excel
             separators = (given[1],)
-        elif bare.startswith(REMARKS) and not _SHEET_ERROR.match(bare):
+        elif (
+            bare.startswith(REMARKS)
+            and not _SHEET_ERROR.match(bare)
+            and not _UNIT_FIRST.match(bare)
+        ):
             remarks.append(bare.lstrip("#%/").strip())
         elif bare:
             lines.append(Line(number_, bare))
@@ -120,24 +159,30 @@ def _separator(lines: Sequence[Line], allowed: Sequence[str | None]) -> str | No
 
 def _names(line: str, separator: str | None, count: int) -> list[str]:
     """Cells of a line above the rows; with blanks, a unit in brackets belongs to its name."""
-    cells = [cell.strip('"').strip() for cell in split(line, separator)]
+    cells = [_unquoted(cell).strip() for cell in split(line, separator)]
     if separator is None and len(cells) != count:
         return _NAME_AND_UNIT.findall(line)
     return cells
 
 
-def _usual(counts: Sequence[int]) -> int:
-    """The most frequent number of cells; for ties that of the last line."""
+def _unquoted(cell: str) -> str:
+    """A cell without quotes around it; one at its end is a mark, as in E"."""
+    return cell.strip('"') if cell.startswith('"') else cell
+
+
+def _usual(rows: Sequence[Sequence[str]]) -> int:
+    """The most frequent number of cells of lines with values; for ties that of the last line."""
+    counts = [len(cells) for cells in rows if _begins(cells)] or [len(cells) for cells in rows]
     often = Counter(counts)
     candidates = [count for count, times in often.items() if times == max(often.values())]
     return counts[-1] if counts[-1] in candidates else candidates[-1]
 
 
 def _begins(cells: Sequence[str]) -> bool:
-    """Whether a row has values: a number, or only missing values."""
-    return not all(map(is_word, cells)) and (
-        any(not is_word(cell) and cell.strip('"').lower() not in MISSING for cell in cells)
-        or not any(map(is_word, cells))
+    """Whether a row has values: a number, or only missing values. A dash may be no unit."""
+    values = [cell.strip('"') for cell in cells if not is_word(cell)]
+    return any(value.lower() not in MISSING and value not in NO_UNIT for value in values) or (
+        len(values) == len(cells) > 0
     )
 
 
