@@ -17,6 +17,7 @@ from iceslide_fem.postprocess.results import Run, read_run
 from iceslide_fem.postprocess.results.report import report
 from iceslide_fem.runs.checkpoint import FILE as CHECKPOINT
 from iceslide_fem.runs.checkpoint import Checkpoint, finish
+from iceslide_fem.runs.doubts import before_run
 from iceslide_fem.runs.model_levels import resolved
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.files import writing
@@ -25,7 +26,6 @@ from iceslide_fem.runtime.launch import imports_that_stay, started_by_mpirun
 from iceslide_fem.runtime.ranks import from_root
 from iceslide_fem.scene import Scene, flat
 from iceslide_fem.scene.fingerprint import fingerprint, scene_hash, versions
-from iceslide_fem.scene.notes import notes
 
 if TYPE_CHECKING:
     from iceslide_fem.runs.schedule import Schedule
@@ -201,10 +201,11 @@ def _summary(scene: Scene, results: dict[str, Any], started: float) -> dict[str,
 
         petsc = ".".join(str(part) for part in PETSc.Sys.getVersion())
         known |= {"dolfinx": VERSION, "petsc": petsc}
-    warnings = [*notes(scene), *results.pop("warnings", [])]
+    wall = monotonic() - started
+    warnings = [*before_run(scene), *results.pop("warnings", [])]
     return {
         **results,
-        "wall_s": monotonic() - started,
+        "wall_s": wall,
         "warnings": warnings,
         "versions": known,
         "scene": scene.as_dict(),

@@ -242,7 +242,7 @@ def test_the_wheel_is_that_of_the_library():
     )
     assert answer["series"]["film"][0] is None and json.dumps(answer, allow_nan=False)
     (note,) = answer["notes"]
-    assert note.startswith("Up to a slip ratio of ") and "does not melt" in note
+    assert note.startswith("up to a slip ratio of ") and "less than half of the contact" in note
 
 
 WHEELS = {

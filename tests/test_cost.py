@@ -23,6 +23,7 @@ from iceslide_fem.mesh.size import (  # noqa: E402
     memory_needed,
 )
 from iceslide_fem.mesh.tagged import mesh_size  # noqa: E402
+from iceslide_fem.runs.doubts import before_run  # noqa: E402
 from iceslide_fem.runs.point import point_history  # noqa: E402
 from iceslide_fem.runtime.errors import SceneError  # noqa: E402
 from iceslide_fem.runtime.machine import memory_of_machine  # noqa: E402
@@ -30,8 +31,8 @@ from iceslide_fem.scene import load_scene  # noqa: E402
 from iceslide_fem.simulate import run  # noqa: E402
 from iceslide_fem.workflow.planning import cost  # noqa: E402
 from iceslide_fem.workflow.planning.cost import estimate, expected_steps, step_seconds  # noqa: E402
+from iceslide_fem.workflow.planning.doubts import expected  # noqa: E402
 from iceslide_fem.workflow.planning.info import covered_load, describe  # noqa: E402
-from iceslide_fem.workflow.planning.warnings import warnings  # noqa: E402
 
 pytestmark = [pytest.mark.fe, pytest.mark.once]
 ROOT = Path(__file__).parent.parent
@@ -175,9 +176,9 @@ def test_nodes_of_sipes_are_counted_without_a_mesh():
     ],
 )
 def test_info_warns_of_what_it_knows(changes, words):
-    assert any(words in warning for warning in warnings(thesis(*changes))), warnings(
-        thesis(*changes)
-    )
+    scene = thesis(*changes)
+    said = before_run(scene) + expected(scene)
+    assert any(words in warning for warning in said), said
 
 
 @pytest.mark.parametrize("case", ["wet_slick", "wet_siped"])
@@ -189,9 +190,9 @@ def test_info_describes_wet_ice(case):
     assert rows["friction"] == "film beside voids that carry" and "inertia left out" in rows
 
 
-def test_info_does_not_warn_of_the_cases():
+def test_info_expects_no_warnings_of_the_cases():
     for case in sorted((ROOT / "cases").glob("*.toml")):
-        assert warnings(load_scene(case)) == []
+        assert expected(load_scene(case)) == []
 
 
 def test_more_modes_of_ice_than_can_be_found_are_refused():

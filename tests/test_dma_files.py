@@ -88,6 +88,12 @@ FILES = {
     "Loss modulus E'' (Pa)\n" + rows((ANGULAR, T, STORAGE, LOSS), ";"),
     "remark of numpy": "# frequency_Hz,temperature_C,E_storage_Pa,E_loss_Pa\n"
     + rows((F, T, STORAGE, LOSS), ","),
+    "tabs above blanks, a column twice": 'Freq\tE\'\tE"\tTemp\tEta"\tTemp\n'
+    "rad/s\tPa\tPa\t°C\tPa-s\t°C\n" + rows((ANGULAR, STORAGE, LOSS, T, LOSS / ANGULAR, T), "     "),
+    "complex modulus": "f [Hz],T [°C],|E*| [MPa],tan delta\n"
+    + rows((F, T, np.hypot(*MPA), TAN), ","),
+    "Japanese": "周波数 (Hz),温度 (°C),貯蔵弾性率 (MPa),損失弾性率 (MPa)\n"
+    + rows((F, T, *MPA), ","),
     "UTF-16": "No.\tFrequency\tTemperature\tStorage Modulus\tLoss Modulus\tLoss Factor\tStatus\n"
     "\t[Hz]\t[°C]\t[Pa]\t[Pa]\t[1]\t[ ]\n"
     + "".join(
@@ -108,7 +114,7 @@ def test_files_of_instruments_are_read(tmp_path, name):
     assert found.temperature == pytest.approx(273.15 + T[order])
     assert found.storage == pytest.approx(STORAGE[order], rel=1e-6)
     assert found.loss == pytest.approx(LOSS[order], rel=1e-6)
-    words = name in ("TRIOS", "German", "UTF-16")  # which say storage modulus only
+    words = name in ("TRIOS", "German", "Japanese", "UTF-16")  # which say storage modulus only
     assert found.named is not words
 
 

@@ -12,9 +12,9 @@ from iceslide_fem.mesh.files import write_mesh  # noqa: E402
 from iceslide_fem.mesh.grid import with_parts  # noqa: E402
 from iceslide_fem.mesh.patches import mesh_patches, rectangle  # noqa: E402
 from iceslide_fem.mesh.user_mesh import load_user_mesh  # noqa: E402
+from iceslide_fem.runs.doubts import before_run  # noqa: E402
 from iceslide_fem.runtime.errors import SceneError  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
-from iceslide_fem.workflow.planning.warnings import warnings  # noqa: E402
 
 pytestmark = [pytest.mark.fe, pytest.mark.quick]
 MM = 1e-3
@@ -201,5 +201,5 @@ def test_info_says_that_no_side_can_touch_the_ice(tmp_path):
         gmsh_model.save(siped(2, **parts), tmp_path / f"{name}.msh")
         changes = ["model=slice", f"rubber.mesh={tmp_path / f'{name}.msh'}"]
         scene = load_scene(ROOT / "cases" / "thesis_1bar.toml", changes)
-        said.append(any("its sides pass through the ice" in note for note in warnings(scene)))
+        said.append(any("its sides pass through the ice" in note for note in before_run(scene)))
     assert said == [False, True]

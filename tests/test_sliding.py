@@ -268,8 +268,11 @@ def test_a_run_says_what_makes_it_doubtful():
     results.imbalance, results.bottom, results.sides = -0.03, 0.6, 0.1
     results.sipe_opening, results.outside_table_fraction = -2e-5, 0.4
     results.thinnest_film = 0.17e-9
+    results.peak = 1.8
     assert results.entries()["warnings"][4].startswith("the ice does not melt: ")
-    results.melt_onset = 4e-4
+    results.melted = 0.01
+    assert results.entries()["warnings"][4].startswith("on more than 99% of the contact")
+    results.melted = 0.7
     said = results.entries()["warnings"]
     figures = [
         "3.0% of the friction work is too much",

@@ -8,7 +8,9 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
+import xarray as xr
 
 import iceslide_fem
 from iceslide_fem.runs.model_levels import resolved
@@ -24,6 +26,7 @@ from iceslide_fem.workflow.sweep.outcome import read_outcome
 from iceslide_fem.workflow.sweep.plan import value_of
 from iceslide_fem.workflow.sweep.plots import friction_against, maps, plot_sweep
 from iceslide_fem.workflow.sweep.processes import Cores, write_scene
+from iceslide_fem.workflow.sweep.report_page import warnings_of
 
 CASE = Path(__file__).parent.parent / "cases" / "thesis_1bar.toml"
 POINT = ["model=point", "ice.heat=column"]
@@ -384,3 +387,12 @@ def test_it_is_said_where_the_film_law_has_no_dry_friction(tmp_path):
     said = []
     run_sweep(point_plan("load.speed=3,4 m/s"), tmp_path / "warm", None, said.append)
     assert not any("does not melt" in line for line in said)
+
+
+def test_the_page_names_the_worst_case_of_a_warning():
+    sentences = [f"on {part}% of the contact the ice does not melt: dry" for part in (13, 8, 30)]
+    status, reason = (xr.DataArray([text] * 3) for text in ("done", ""))
+    data = xr.Dataset({"status": status, "reason": reason})
+    (said,) = warnings_of(data, pd.DataFrame({"warnings": sentences}))
+    assert said.words.startswith("3 of 3 cases: on 30% of the contact") and "(case 3)" in said.words
+    assert "least in case 2: on 8% of the contact" in said.words

@@ -236,3 +236,17 @@ def test_the_core_imports_no_finite_elements():
         "assert not {'dolfinx', 'mpi4py', 'petsc4py'} & set(sys.modules)"
     )
     subprocess.run([sys.executable, "-c", code], check=True, cwd=ROOT)
+
+
+def test_slip_ratios_without_melting_are_said(tmp_path, capsys):
+    """The peak lies where hardly any ice melts, though the locked wheel melts most of it."""
+    line = ("--gaussian", "30mm,1bar,8mm", "--speed", "50km/h", "--temperature", "-10degC")
+    assert wheel(*line, "--slip", "0:1:21", "--out", tmp_path / "out") == 0
+    found = rows(tmp_path / "out")
+    peak = max(found, key=lambda row: row["mu"])
+    cold = max(row["slip"] for row in found if row["melting_fraction"] < 0.5)
+    assert peak["slip"] <= cold and found[-1]["melting_fraction"] > 0.9
+    said = " ".join(summary(tmp_path / "out")["warnings"])
+    share = f"({peak['melting_fraction']:.0%} melts)"
+    assert f"up to a slip ratio of {cold:g}, the peak of mu among them {share}" in said
+    assert share in " ".join(capsys.readouterr().out.split())

@@ -18,11 +18,12 @@ from iceslide_fem.app import form, line, line_case, point, wheel, wheel_case
 from iceslide_fem.app.form import checked_texts, scene_of, tables, texts_of
 from iceslide_fem.app.runs import Runs
 from iceslide_fem.app.snippets import run_lines
+from iceslide_fem.runs.doubts import before_run
 from iceslide_fem.runs.model_levels import resolved
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.notes import notes
+from iceslide_fem.workflow.planning.doubts import expected
 from iceslide_fem.workflow.planning.info import describe
-from iceslide_fem.workflow.planning.warnings import warnings
 
 Asked = Mapping[str, Any]
 
@@ -96,7 +97,7 @@ class Answers:
             return {
                 "title": f"{scene.name} ({scene.model}, {scene.ice.heat} ice)",
                 "rows": [row._asdict() for row in describe(scene)],
-                "notes": [*notes(scene), *warnings(scene)],
+                "notes": [*before_run(scene), *expected(scene)],
             }
 
     def run(self, asked: Asked) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from iceslide_fem.app.film_case import slider_of
 from iceslide_fem.app.form import Texts
 from iceslide_fem.app.line_case import LineCase
 from iceslide_fem.app.line_snippets import line_command, line_lines
-from iceslide_fem.film.doubts import WITHOUT_MELTING, partly_dry
+from iceslide_fem.film.doubts import doubts
 from iceslide_fem.preprocess.footprint.line import film_line, macroscopic_line
 from iceslide_fem.preprocess.footprint.macroscopic import State
 from iceslide_fem.runtime.units import ZERO_CELSIUS
@@ -106,9 +106,9 @@ def curves(texts: Texts) -> dict[str, Any]:
         }
         film = {"film_mu": float(found.shear.sum() / pressure.sum())}
         melting = float(found.melting[touching].mean())
-        if strength is None:
-            none = [f"The ice does not melt: {WITHOUT_MELTING}"]
-            doubted = partly_dry(melting) if melting else none
+        doubted = doubts(
+            float(found.height[touching].min()), float(mu.max()), melting, strength is not None
+        )
     balance = line.balance
     return {
         "notes": [*line.doubts, *doubted],

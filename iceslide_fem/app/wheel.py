@@ -11,8 +11,9 @@ from iceslide_fem.app.film_case import slider_of
 from iceslide_fem.app.form import Texts
 from iceslide_fem.app.wheel_case import WheelLine
 from iceslide_fem.app.wheel_snippets import wheel_command, wheel_lines
-from iceslide_fem.film.doubts import WITHOUT_MELTING
+from iceslide_fem.preprocess.wheel.curve import Curve
 from iceslide_fem.preprocess.wheel.friction import SlipPoint, friction
+from iceslide_fem.preprocess.wheel.output import little_melting
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene.materials import BAR
 
@@ -86,8 +87,7 @@ def _number(value: float) -> float | None:
 
 
 def _doubts(case: WheelLine, points: list[SlipPoint]) -> list[str]:
-    """Warning of slip ratios without melting under a law without dry friction."""
-    solid = [point.slip for point in points if point.slip > 0.0 and point.melting == 0.0]
-    if case.dry_shear.stress is not None or not solid:
+    """Warning of slip ratios with little melting under a law without dry friction."""
+    if case.dry_shear.stress is not None:
         return []
-    return [f"Up to a slip ratio of {max(solid):g} the ice does not melt: {WITHOUT_MELTING}"]
+    return little_melting([Curve(case.speed, case.ice_temperature, points, 0.0)])

@@ -28,8 +28,9 @@ def info(
     from rich.console import Console
     from rich.table import Table
 
+    from iceslide_fem.runtime.terminal import show_notes
+    from iceslide_fem.workflow.planning.doubts import expected
     from iceslide_fem.workflow.planning.info import describe
-    from iceslide_fem.workflow.planning.warnings import warnings
 
     table = Table(title=f"{scene.name} ({scene.model})", title_justify="left")
     for heading in ("", "quantity", "value", "meaning"):
@@ -42,8 +43,7 @@ def info(
         group = row.group
     Console().print(table)
     print_notes(scene)
-    for warning in warnings(scene):
-        typer.echo(f"Note: {warning}.")
+    show_notes(expected(scene))
     if picture is not None:
         from iceslide_fem.runtime.files import writing
         from iceslide_fem.workflow.planning.mesh_picture import draw_mesh

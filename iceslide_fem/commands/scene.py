@@ -29,9 +29,9 @@ def load(scene_file: Path | None, overrides: Sequence[str] | None, case: str | N
 
 
 def print_notes(scene: Scene) -> list[str]:
-    """Print and return notes: keys without effect, and values outside the validated range."""
-    from iceslide_fem.scene.notes import notes
+    """Print and return what is in doubt before a run."""
+    from iceslide_fem.runs.doubts import before_run
 
-    found = notes(scene)
+    found = before_run(scene)
     show_notes(found)
     return found

@@ -16,12 +16,18 @@ WITHOUT_MELTING = (
 MOST = 0.5  # fraction of the contact without melting above which it dominates mu
 
 
-def doubts(height: float, friction: float, melts: bool, dry: bool = False) -> list[str]:
-    """Warnings, without full stop: least film height (m), largest mu, ice that never melts.
+def doubts(height: float, friction: float, melting: float, dry: bool = False) -> list[str]:
+    """Warnings, without full stop: least film height (m), largest mu, ice that does not melt.
 
-    dry: whether the law has dry friction; then a missing film is no reason to warn.
+    melting: largest fraction of the contact that melts; dry: whether the law has dry friction, or
+    water without melting: then a missing film is no reason to warn.
     """
-    found = [] if melts or dry else [f"the ice does not melt: {WITHOUT_MELTING}"]
+    found = []
+    if melting == 0.0 and not dry:
+        found.append(f"the ice does not melt: {WITHOUT_MELTING}")
+    elif melting < 1.0 - MOST and not dry:
+        part = f"{1.0 - melting:.0%}" if melting > 0.01 else "more than 99%"
+        found.append(f"on {part} of the contact the ice does not melt: {WITHOUT_MELTING}")
     if height < THINNEST_FILM and not dry:
         found.append(
             f"the film gets {1e9 * height:.2g} nm thin: below {1e9 * THINNEST_FILM:g} nm there are "
@@ -30,10 +36,3 @@ def doubts(height: float, friction: float, melts: bool, dry: bool = False) -> li
     if friction > LARGEST_FRICTION:
         found.append(f"mu rises to {friction:.3g}: {IN_DOUBT}")
     return found
-
-
-def partly_dry(melting: float) -> list[str]:
-    """Warning for a contact of which the fraction `melting` (not 0) has melted."""
-    if not 0.0 < melting < 1.0 - MOST:
-        return []
-    return [f"on {1.0 - melting:.0%} of the contact the ice does not melt: {WITHOUT_MELTING}"]

@@ -26,13 +26,17 @@ ONE_TEMPERATURE = 1.0  # K
 SAME_FREQUENCY = 0.01  # relative difference of a row's frequencies in Hz and in rad/s
 # Amplitudes of strain: largest ratio within one, and ratio of a table above which it is in doubt.
 ONE_STRAIN, STRAINS_IN_DOUBT = 1.25, 3.0
-_FREQUENCY = Wanted("frequency", "Hz", ("f", "freq", "f set", "frequenz", "fréquence"))
+_FREQUENCY = Wanted(
+    "frequency", "Hz", ("f", "freq", "f set", "frequenz", "fréquence", "周波数", "频率")
+)
 _ANGULAR = Wanted(
     "angular_frequency", "rad/s", ("omega", "ω", "w", "angular freq", "kreisfrequenz", "pulsation")
 )
 _TIME = Wanted("time", "s", ("t", "zeit", "temps"))
 _TEMPERATURE = Wanted(
-    "temperature", "K", ("T", "Ts", "temp", "sample temperature", "temperatur", "température")
+    "temperature",
+    "K",
+    ("T", "Ts", "temp", "sample temperature", "temperatur", "température", "温度"),
 )
 _TAN_DELTA = Wanted(
     "tan_delta", "", ("tan d", "tan del", "loss factor", "loss tangent", "damping factor",
@@ -44,9 +48,14 @@ _STRAIN = Wanted(
 )  # fmt: skip
 # Moduli: mark behind E or G, words beside them, names that do not say which of both it is.
 _NAMES = (
-    ("'", ("storage", "stor", "speicher"), ("speichermodul", "module de conservation")),
-    ("''", ("loss", "verlust"), ("verlustmodul", "module de perte")),
+    (
+        "'",
+        ("storage", "stor", "speicher"),
+        ("speichermodul", "module de conservation", "貯蔵弾性率", "储能模量"),
+    ),
+    ("''", ("loss", "verlust"), ("verlustmodul", "module de perte", "損失弾性率", "损耗模量")),
     ("(t)", ("relaxation", "relax", "relaxations"), ("relaxationsmodul",)),
+    ("*", ("complex",), ()),
 )
 # Lowest and highest values, zero of the unit of messages, that unit.
 _RANGES = {
@@ -56,6 +65,7 @@ _RANGES = {
     "storage_modulus": (1.0, 1e13, 0.0, " Pa"),
     "loss_modulus": (1e-6, 1e13, 0.0, " Pa"),
     "relaxation_modulus": (1.0, 1e13, 0.0, " Pa"),
+    "complex_modulus": (1.0, 1e13, 0.0, " Pa"),
     "tan_delta": (1e-6, 1e2, 0.0, ""),
 }
 
@@ -129,7 +139,9 @@ def read_dma(
 
 def _values(table: TextTable, kind: Kind, temperature: float | None) -> dict[str, Array]:
     """Angular frequency, temperature, storage and, but for relaxation, loss; each checked."""
-    storage, loss, relaxing = _moduli(kind)
+    storage, loss, relaxing, whole = _moduli(kind)
+    if not places(table, storage) and places(table, whole) and places(table, _TAN_DELTA):
+        storage = whole
     relaxes = bool(places(table, relaxing)) and not places(table, storage)
     has_tan = bool(places(table, _TAN_DELTA)) and not places(table, loss)
     needed = [_TEMPERATURE, storage, _TAN_DELTA if has_tan else loss]
@@ -151,12 +163,14 @@ def _values(table: TextTable, kind: Kind, temperature: float | None) -> dict[str
     moduli = given[storage.name]
     tan_delta = given[_TAN_DELTA.name] if has_tan else given[loss.name] / moduli
     _check_ranges(table, {_TAN_DELTA.name: tan_delta})
+    if storage is whole:
+        moduli = moduli / np.hypot(1.0, tan_delta)
     losses = given.get(loss.name, moduli * tan_delta)
     return {"frequency": frequency, "temperature": at, "storage": moduli, "loss": losses}
 
 
 def _moduli(kind: Kind) -> tuple[Wanted, ...]:
-    """Columns of storage, loss and relaxation modulus with the names in a table of `kind`."""
+    """Columns of storage, loss, relaxation and complex modulus in a table of `kind`."""
     return tuple(
         Wanted(f"{words[0]}_modulus", "Pa", (*_of_kind(kind, mark, words), *bare))
         for mark, words, bare in _NAMES
@@ -167,7 +181,7 @@ def _of_kind(kind: Kind, mark: str, words: Sequence[str]) -> tuple[str, ...]:
     """Names of a modulus that say its kind: E', E' storage, storage modulus E', ..."""
     symbols = (kind, f"{kind}{mark}")
     prime = {"'": "prime", "''": "double prime"}.get(mark)
-    names = [symbols[1], *([f"{kind} {prime}"] if prime else [])]
+    names = [symbols[1], f"|{symbols[1]}|", *([f"{kind} {prime}"] if prime else [])]
     for word in words:
         for symbol in symbols:
             names += [f"{symbol} {word}", f"{word} {symbol}", f"{symbol} {word} modulus"]

@@ -57,9 +57,9 @@ def _of_film(scene: Scene, law: InterfaceLaw) -> tuple[list[HistoryRow], dict[st
     rows, result = one_pass(scene, law, scene_conditions(scene), simulation_settings(scene))
     entries = point_summary(result, 0)
     thinnest = min(row.film_height_m for row in rows)
-    melts = entries["melt_onset_s"] is not None
+    melting = float(entries["melt_onset_s"] is not None)
     dry = scene.film.dry_stress is not None
-    entries["warnings"] = doubts(thinnest, float(result.mu_peak[0]), melts, dry)
+    entries["warnings"] = doubts(thinnest, float(result.mu_peak[0]), melting, dry)
     return rows, entries
 
 
@@ -73,7 +73,7 @@ def _of_law(scene: Scene, law: InterfaceLaw) -> tuple[list[HistoryRow], dict[str
     thinnest = min(row.film_height_m for row in rows)
     found = []
     if np.isfinite(thinnest):  # else the law has no films
-        found = doubts(thinnest, mu[peak], melts or scene.ice.is_wet)
+        found = doubts(thinnest, mu[peak], float(melts), scene.ice.is_wet)
     return rows, {
         "mu_peak": mu[peak],
         "mu_peak_time_s": time[peak],
@@ -93,7 +93,7 @@ def point_doubts(conditions: Conditions, result: PointResult, number: int) -> li
     viscous = float(conditions.loads().viscous[number])
     thinnest = viscous / (mu * float(conditions.pressure[number]))
     melts, dry = not np.isnan(result.melt_onset[number]), conditions.limit is not None
-    return doubts(thinnest, mu, melts, dry)
+    return doubts(thinnest, mu, float(melts), dry)
 
 
 def point_summary(result: PointResult, number: int) -> dict[str, Any]:

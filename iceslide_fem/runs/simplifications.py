@@ -8,6 +8,7 @@ tests compare them with runs of the levels.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from math import pi, sqrt, tanh
 from typing import NamedTuple
 
@@ -22,6 +23,7 @@ from iceslide_fem.laws.interface_law import InterfaceLaw
 from iceslide_fem.laws.points import moments
 from iceslide_fem.laws.table import law_of
 from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.errors import IceslideError
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.course import Course
 from iceslide_fem.scene.materials import Ground
@@ -59,8 +61,39 @@ class Simplifications(NamedTuple):
         return self.compression.effect + self.confinement.effect + self.bending.effect
 
 
+def made(scene: Scene) -> list[Simplification]:
+    """The simplifications that the scene's model makes; raises as `simplifications`."""
+    point, block = scene.model == "point", scene.model == "block"
+    makes = [
+        scene.ice.heat == "half-space",
+        point,
+        point,
+        point,
+        not block and not point,
+        scene.ice.heat not in ("continuum", "mesh"),
+        not scene.rubber.inertia,
+    ]
+    return [one for one, this in zip(simplifications(scene), makes, strict=True) if this]
+
+
+def model_doubts(scene: Scene) -> list[str]:
+    """Warning, without full stop, of simplifications that change mu by more than the tolerance."""
+    try:
+        large = [one for one in made(scene) if one.effect > scene.numerics.tolerance]
+    except IceslideError:  # a law that fails in these estimates has its own message in the run
+        return []
+    if not large:
+        return []
+    listed = ", ".join(f"{one.name} (up to {100.0 * one.effect:.2g} %)" for one in large)
+    return [
+        f"the model simplifies what may move mu by more than the tolerance: {listed}, as estimated "
+        "before the run. A finer model does not; iceslide ladder measures it"
+    ]
+
+
+@lru_cache(maxsize=16)
 def simplifications(scene: Scene) -> Simplifications:
-    """Estimates for `scene`, for any model. Takes some tenths of a second.
+    """Estimates for `scene`, for any model. Takes some tenths of a second, once.
 
     Loads that change in time are replaced by their means. Raises SimulationStopped if the law fails
     in a step, SceneError if it is invalid.

@@ -33,7 +33,8 @@ class Results:
         self.bottom, self.sides = 1.0, 0.0  # least bottom contact, largest side load
         self.thinnest_film = math.inf
         self.passes, self.last_pass = 0, math.nan  # finished; mean mu of the last
-        self.dry = self.wet = False  # whether the law has dry friction; whether ice is wet
+        self.melted = 0.0  # largest fraction of the contact
+        self.dry = False  # whether the law has dry friction, or water without melting
 
     def __call__(self, step: Observation) -> None:
         """Add t = 0 or an accepted step. Collective."""
@@ -44,12 +45,12 @@ class Results:
         self.rejected += step.accepted.rejected if step.accepted else 0
         self.iterations += row.newton_iterations
         self.imbalance = row.energy_imbalance
+        self.melted = max(self.melted, row.melted_fraction)
         if self.melt_onset is None and row.melted_fraction > 0.0:
             self.melt_onset = now
         if self.saturation is None and row.saturated_fraction > 0.0:
             self.saturation = now
-        self.dry = block.scene.film.dry_stress is not None
-        self.wet = block.scene.ice.is_wet
+        self.dry = block.scene.film.dry_stress is not None or block.scene.ice.is_wet
         self.thinnest_film = min(self.thinnest_film, thinnest_film(step.sliding))
         if step.solved:
             posture = block.posture()
@@ -113,7 +114,5 @@ class Results:
                 "pressures that the table of k, D and H_V does not cover: its nearest end was taken"
             )
         if math.isfinite(self.thinnest_film):  # else the law has no film
-            melts = self.wet or self.melt_onset is not None
-            largest = max(mu for _, mu in self.rows)
-            found += doubts(self.thinnest_film, largest, melts, self.dry)
+            found += doubts(self.thinnest_film, self.peak, self.melted, self.dry)
         return found

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from pathlib import Path
 
 from iceslide_fem.output.summary import word_of
@@ -10,11 +12,11 @@ from iceslide_fem.postprocess.report.fields import fields_of
 from iceslide_fem.postprocess.report.page import Cell, Chart, Curve, Page, Section, Table, Text
 from iceslide_fem.postprocess.report.pass_charts import charts_of_run
 from iceslide_fem.postprocess.report.words import (
+    LeftOut,
     again,
     all_keys,
     as_warning,
     doubts_of,
-    doubts_of_model,
     in_words,
     left_out,
     scene_of,
@@ -24,8 +26,8 @@ from iceslide_fem.postprocess.results import Run
 from iceslide_fem.postprocess.results.passes import sliding_time
 from iceslide_fem.postprocess.results.run_directory import read_table
 from iceslide_fem.runs.checkpoint import scene_there
+from iceslide_fem.runs.doubts import before_run
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.scene.notes import notes
 
 # Entries of summary.json: name, factor for display, unit, and whether it has the tolerance as
 # error.
@@ -49,15 +51,16 @@ def page_of_run(run: Run, stopped: str = "") -> Page:
     stopped = stopped or str(run.summary.get("stopped") or "")
     fields = fields_of(run)
     left = left_out(run)
-    simplified = doubts_of_model(left, run.scene["numerics"]["tolerance"])
     over_time = Section("fields", "Fields over time", fields)
     return Page(
         title=run.title,
         summary=in_words(run.scene),
         stopped=stopped,
         sections=[
-            Section("results", "Results", [results_of({run.scene["name"]: run}), of_error(run)]),
-            Section("warnings", "Warnings", doubts_of(run, simplified)),
+            Section(
+                "results", "Results", [results_of({run.scene["name"]: run}, [left]), of_error()]
+            ),
+            Section("warnings", "Warnings", doubts_of(run)),
             Section("curves", "Curves", charts_of_run(run)),
             *([over_time] if fields else []),
             *section_again(run, left),
@@ -65,46 +68,52 @@ def page_of_run(run: Run, stopped: str = "") -> Page:
     )
 
 
-def results_of(runs: dict[str, Run]) -> Table:
-    """Key results, a column for each run, with the target error."""
+def results_of(runs: dict[str, Run], left: Sequence[LeftOut]) -> Table:
+    """Key results, a column for each run, with their uncertainties; left: of each run's model."""
     rows = []
     for key, (name, factor, unit, has_error) in RESULTS.items():
         if not any(key in run.summary for run in runs.values()):
             continue
         row = [Cell(name)]
-        for run in runs.values():
+        for run, known in zip(runs.values(), left, strict=True):
             value = run.summary.get(key)
-            text = _result(run, value, factor, unit, has_error) if key in run.summary else "–"
+            text = "–"
+            if key in run.summary:
+                text = _result(run, value, factor, unit, known if has_error else None)
             row.append(Cell(text, key, value))
         rows.append(row)
     return Table("Key results", ["", *runs], rows)
 
 
-def _result(run: Run, value: float | None, factor: float, unit: str, has_error: bool) -> str:
+def _result(run: Run, value: float | None, factor: float, unit: str, left: LeftOut | None) -> str:
+    """A value in words; with what the model leaves out, the value has errors of friction."""
     if value is None:
         return "did not happen"
     if run.passes and unit == "ms":  # from the start of the first pass
         return f"{value:.4g} s, rests included"
-    if not has_error:
+    if left is None:
         return f"{factor * value:.4g} {unit}".strip()
-    error = run.scene["numerics"]["tolerance"] * abs(value)
-    return f"{value:.4f} ± {error:.1g}"
+    numerical = run.scene["numerics"]["tolerance"] * abs(value)
+    if isinstance(left, str):
+        return f"{_rounded(value, numerical)}; numerical ± {numerical:.1g}, model not estimated"
+    model = abs(value) * sum(one.effect for one, made in left if made)
+    text = f"{_rounded(value, numerical + model)}; numerical ± {numerical:.1g}"
+    return f"{text}, model up to ± {model:.1g}" if model else text
 
 
-def of_error(*runs: Run) -> Text:
-    """Text on the meaning of ± beside a result."""
-    meshed = any(run.scene["model"] != "point" for run in runs)
-    mesh = (
-        " It is not the error of the mesh: iceslide ladder measures that, against finer ones."
-        if meshed
-        else ""
-    )
-    tolerances = {run.scene["numerics"]["tolerance"] for run in runs}
-    which = f"({min(tolerances):g}) " if len(tolerances) == 1 else "of each run "
+def _rounded(value: float, error: float) -> str:
+    """A friction coefficient with the digits that its error leaves, at most four."""
+    digits = 4 if error <= 0.0 else min(max(-math.floor(math.log10(error)), 0), 4)
+    return f"{value:.{digits}f}"
+
+
+def of_error() -> Text:
+    """Text on the uncertainties beside a result."""
     return Text(
-        f"± is numerics.tolerance {which}times the value, the "
-        "error that steps and layers were chosen for; the estimate of every step was kept below "
-        f"it.{mesh}"
+        "Numerical: numerics.tolerance times the value, the error that steps and layers were "
+        "chosen for; iceslide ladder measures that of the mesh. Model: the sum of what this model "
+        "leaves out, as estimated before the run. Inputs: the uncertainty of k, D, H_V, the ice's "
+        "temperature and the film law itself is in neither (docs/validation/field.md)."
     )
 
 
@@ -133,7 +142,7 @@ def page_of_unfinished(folder: Path) -> Page:
     scene = scene_there(folder)
     words = f"{in_words(scene)} " if scene else ""
     known = scene_of(scene) if scene else None
-    doubts = [as_warning(note) for note in notes(known)] if known else []
+    doubts = [as_warning(note) for note in before_run(known)] if known else []
     return Page(
         title=f"{folder.absolute().name}: a run without an end",
         summary=f"{words}It got to {end:.4g} ms of sliding in {max(rows - 1, 0)} steps and left no "

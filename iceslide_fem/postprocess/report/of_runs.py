@@ -50,7 +50,11 @@ def page_of_runs(folders: list[Path]) -> Page:
         stopped=" ".join(stopped),
         sections=[
             Section("scenes", "In what they differ", [changed if changed.rows else same]),
-            Section("results", "Results", [results_of(runs), of_error(*runs.values())]),
+            Section(
+                "results",
+                "Results",
+                [results_of(runs, [left_out(run) for run in runs.values()]), of_error()],
+            ),
             Section("differences", f"mu(t) against {first}", [_distances(others, runs[first])]),
             Section("curves", "Curves", charts_of_runs(runs)),
             _warnings(runs),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -94,10 +94,10 @@ def _law(scene: Mapping[str, Any], film: Mapping[str, Any]) -> str:
     return f"Friction is that of the law {law} in place of the film."
 
 
-def doubts_of(run: Run, also: Sequence[Text] = ()) -> list[Text]:
-    """Paragraphs of a run's warnings and `also`; a note if there are none."""
+def doubts_of(run: Run) -> list[Text]:
+    """Paragraphs of a run's warnings; a note if there are none."""
     found = [as_warning(str(sentence)) for sentence in run.summary.get("warnings") or []]
-    return [*found, *also] or [Text("The run gave no warning.")]
+    return found or [Text("The run gave no warning.")]
 
 
 def as_warning(sentence: str) -> Text:
@@ -111,13 +111,14 @@ LeftOut: TypeAlias = "list[tuple[Simplification, bool]] | str"
 
 def left_out(run: Run) -> LeftOut:
     """Simplifications of this scene's model, with estimates of their change of mu(t)."""
-    from iceslide_fem.runs.simplifications import simplifications
+    from iceslide_fem.runs.simplifications import made, simplifications
 
     scene = scene_of(run.scene)
     if scene is None:
         return "its files are not here"
     try:
-        return list(zip(simplifications(scene), _leaves_out(scene), strict=True))
+        here = made(scene)
+        return [(one, one in here) for one in simplifications(scene)]
     except IceslideError as reason:
         return str(reason)
 
@@ -145,36 +146,6 @@ def _without_freezing(scene: Mapping[str, Any]) -> str:
         return ""
     below = " below the rubber" if _passes(scene) and _between(scene) == "freeze" else ""
     return f" Melted ice does not freeze again{below}."
-
-
-def doubts_of_model(left: LeftOut, tolerance: float) -> list[Text]:
-    """A warning if simplifications of the model change mu by more than the tolerance."""
-    known = [] if isinstance(left, str) else left
-    large = [one for one, made in known if made and one.effect > tolerance]
-    if not large:
-        return []
-    listed = ", ".join(f"{one.name} (up to {100.0 * one.effect:.2g} %)" for one in large)
-    return [
-        Text(
-            f"The model simplifies what may move mu by more than the tolerance: {listed}, as "
-            f"estimated before the run. A finer model does not; iceslide ladder measures it.",
-            "warning",
-        )
-    ]
-
-
-def _leaves_out(scene: Scene) -> list[bool]:
-    """Whether each of `Simplifications` is made by this scene's model."""
-    point, block = scene.model == "point", scene.model == "block"
-    return [
-        scene.ice.heat == "half-space",
-        point,
-        point,
-        point,
-        not block and not point,
-        scene.ice.heat not in ("continuum", "mesh"),
-        not scene.rubber.inertia,
-    ]
 
 
 def scene_of(values: Mapping[str, Any]) -> Scene | None:

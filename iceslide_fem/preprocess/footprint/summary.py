@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from iceslide_fem.film.doubts import doubts, partly_dry
+from iceslide_fem.film.doubts import doubts
 from iceslide_fem.preprocess.footprint.case import FootprintCase
 from iceslide_fem.preprocess.footprint.macroscopic import (
     STATES,
@@ -42,8 +42,7 @@ def summary(result: Survey) -> dict[str, Any]:
     outside = case.contact_table.outside(footprint.pressure[contact])
     warnings = [
         *read.notes,
-        *doubts(float(film.height[contact].min()), float(mu.max()), melting > 0.0, dry),
-        *([] if dry else partly_dry(melting)),
+        *doubts(float(film.height[contact].min()), float(mu.max()), melting, dry),
     ]
     for name, model in result.models.items():
         warnings += [f"{MODELS[name]}: {sentence}" for sentence in model.doubts]

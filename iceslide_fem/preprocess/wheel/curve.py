@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from iceslide_fem.film.doubts import MOST
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.wheel.case import WheelCase
 from iceslide_fem.preprocess.wheel.friction import SlipPoint, Tread, friction
@@ -43,6 +44,11 @@ class Curve(NamedTuple):
     def braking(self) -> list[SlipPoint]:
         """Points above S = 0."""
         return [point for point in self.points if point.slip > 0.0]
+
+    @property
+    def without_melting(self) -> list[float]:
+        """Slip ratios at which rubber slides and ice melts on less than half of the contact."""
+        return [p.slip for p in self.points if p.sliding > 0.0 and p.melting < 1.0 - MOST]
 
     @property
     def name(self) -> str:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from iceslide_fem.film.doubts import doubts, partly_dry
+from iceslide_fem.film.doubts import WITHOUT_MELTING, doubts
 from iceslide_fem.preprocess.footprint.reading import ReadFootprint
 from iceslide_fem.preprocess.wheel.case import WheelCase
 from iceslide_fem.preprocess.wheel.curve import Curve
@@ -117,11 +117,11 @@ def _warnings(case: WheelCase, found: Sequence[Curve]) -> list[str]:
     if films:
         lowest = min(films)
         strongest = max(abs(point.mu) for point in points)
-        melting = max(point.melting for point in points)
-        result += doubts(lowest, strongest, melting > 0.0, dry)
         locked = [curve.locked.melting for curve in found if curve.locked is not None]
-        if not dry and locked:
-            result += partly_dry(min(locked))
+        melting = min(locked) if any(locked) else max(point.melting for point in points)
+        result += doubts(lowest, strongest, melting, dry)
+        if not dry and melting > 0.0:
+            result += little_melting(found)
     for curve in found:
         peak, ends = curve.peak, [point.slip for point in curve.braking]
         if peak is not None and len(ends) > 1 and peak.slip == ends[0]:
@@ -130,6 +130,21 @@ def _warnings(case: WheelCase, found: Sequence[Curve]) -> list[str]:
                 f"{peak.slip:g}: the peak may lie below it; --slip 0:{4 * peak.slip:g}:21 shows it"
             )
     return result
+
+
+def little_melting(found: Sequence[Curve]) -> list[str]:
+    """Warning of slip ratios with little melting: of the curve with the largest of them."""
+    curve = max(found, key=lambda curve: max(curve.without_melting, default=0.0))
+    if not (slips := curve.without_melting):
+        return []
+    peak = curve.peak
+    which = ""
+    if peak is not None and peak.slip in slips:
+        which = f", the peak of mu among them ({peak.melting:.0%} melts),"
+    return [
+        f"up to a slip ratio of {max(slips):g}{which} ice melts on less than half of the contact "
+        f"at {curve.name}: {WITHOUT_MELTING}"
+    ]
 
 
 def lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:

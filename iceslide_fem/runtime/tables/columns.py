@@ -7,12 +7,15 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple, NoReturn
 
+import numpy as np
+
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.tables.cells import TextTable
 from iceslide_fem.runtime.tables.layout import read_table
 from iceslide_fem.runtime.units import si_unit, to_si
 
+AGREE = 1e-4  # relative difference of columns of the same name
 _IN_BRACKETS = re.compile(r"\s*(.*?)\s*(?:\(\s*([^()]*?)\s*\)|\[\s*([^\[\]]*?)\s*\]|<(.*)>)\s*")
 _IN_TEXT = re.compile(
     r"[\[(]\s*([^\])]{1,12}?)\s*[\])]|_([A-Za-z0-9/^]{2,7})\b"
@@ -94,12 +97,13 @@ def find_columns(
 ) -> dict[str, Array]:
     """Values (rows,) in SI units of the existing `wanted` columns, by name.
 
-    Raises SceneError if a `needed` column is missing, or a column is duplicate or has no unit.
+    Raises SceneError if a `needed` column is missing, has no unit, or is there twice with different
+    values.
     """
     found: dict[str, Array] = {}
     for column in wanted:
         matches = places(table, column)
-        if len(matches) > 1:
+        if len(matches) > 1 and not _agree(table, matches, column):
             first = table.heading[matches[0]]
             same = len({table.heading[i] for i in matches}) == 1
             other = "twice" if same else f"twice, as {first} and {table.heading[matches[1]]}"
@@ -112,6 +116,12 @@ def find_columns(
             given += f", above {table.width} columns of numbers" * (not table.heading)
             table.refuse(f"has no column {column.heading}; needed: {names}; given: {given}")
     return found
+
+
+def _agree(table: TextTable, indices: Sequence[int], column: Wanted) -> bool:
+    """Whether columns have the same values, as instruments repeat them."""
+    first, *others = (_in_si(table, i, column) for i in indices)
+    return all(np.allclose(first, other, AGREE, 0.0, equal_nan=True) for other in others)
 
 
 def read_columns(

@@ -160,6 +160,8 @@ def _separator(lines: Sequence[Line], allowed: Sequence[str | None]) -> str | No
 def _names(line: str, separator: str | None, count: int) -> list[str]:
     """Cells of a line above the rows; with blanks, a unit in brackets belongs to its name."""
     cells = [_unquoted(cell).strip() for cell in split(line, separator)]
+    if separator is None and "\t" in line and line.count("\t") == count - 1:
+        return [cell.strip() for cell in line.split("\t")]
     if separator is None and len(cells) != count:
         return _NAME_AND_UNIT.findall(line)
     return cells

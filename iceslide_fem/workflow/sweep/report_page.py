@@ -55,7 +55,7 @@ def page_of_sweep(folder: Path) -> Page:
         sections=[
             *([Section("curves", "Curves", charts)] if charts else []),
             Section("results", "Every case", [*_cases(data, keys), *_error(table)]),
-            Section("warnings", "Warnings", _warnings(data, table)),
+            Section("warnings", "Warnings", warnings_of(data, table)),
             Section("scene", "What the cases share", _scene(data, keys)),
             Section("again", "Run it again", [command, Text(MORE), *_versions(table)]),
         ],
@@ -135,7 +135,7 @@ def _error(table: pd.DataFrame) -> list[Text]:
     ]
 
 
-def _warnings(data: xr.Dataset, table: pd.DataFrame) -> list[Text]:
+def warnings_of(data: xr.Dataset, table: pd.DataFrame) -> list[Text]:
     """Reasons of unfinished cases, and warnings of finished ones, each kind once."""
     reasons, counts = np.unique(data["reason"].values.astype(str), return_counts=True)
     found = [
@@ -148,11 +148,21 @@ def _warnings(data: xr.Dataset, table: pd.DataFrame) -> list[Text]:
         for sentence in filter(None, sentences.split("; ")):
             kinds.setdefault(re.sub(r"[\d.]+", "#", sentence), []).append((number, sentence))
     for cases in kinds.values():
-        (number, sentence), *others = cases
-        which = f"{len(cases)} of {len(table)} cases" if others else f"Case {number}"
-        example = f" (in case {number})" if others else ""
-        found.append(Text(f"{which}: {sentence}{example}.", "warning"))
+        (number, sentence), *others = sorted(cases, key=lambda case: _numbers(case[1]))
+        if not others:
+            found.append(Text(f"Case {number}: {sentence}.", "warning"))
+            continue
+        last, worst = others[-1]
+        said = f"{len(cases)} of {len(table)} cases: {worst} (case {last})"
+        if worst != sentence:
+            said += f"; least in case {number}: {sentence.split(':')[0]}"
+        found.append(Text(f"{said}.", "warning"))
     return found or [Text("Every case is done, and none gave a warning.")]
+
+
+def _numbers(sentence: str) -> list[float]:
+    """The numbers in a warning, by which the cases that give it are sorted."""
+    return [float(each) for each in re.findall(r"\d+(?:\.\d+)?", sentence)]
 
 
 def _scene(data: xr.Dataset, keys: list[str]) -> list[Text]:

@@ -1,4 +1,4 @@
-"""Warnings before a run, in addition to the notes of the scene."""
+"""What a run of a scene will warn of, as far as a point tells."""
 
 from __future__ import annotations
 
@@ -9,11 +9,12 @@ from iceslide_fem.scene.notes import ENVELOPE, LARGEST_FRICTION
 from iceslide_fem.workflow.planning.cost import point_rows
 
 
-def warnings(scene: Scene) -> list[str]:
-    """Warnings without full stop. Raises SceneError if a user's mesh is unsuitable."""
-    if scene.model == "point":
-        return _film(scene)
-    return _film(scene) + _memory(scene) + _sides(scene) + _passing(scene)
+def expected(scene: Scene) -> list[str]:
+    """What a run of the scene will warn of besides `runs.doubts`, without full stop.
+
+    Raises SceneError if a user's mesh is unsuitable.
+    """
+    return _film(scene) + ([] if scene.model == "point" else _memory(scene))
 
 
 def _film(scene: Scene) -> list[str]:
@@ -44,31 +45,3 @@ def _memory(scene: Scene) -> list[str]:
 
     short = shortage(scene)
     return [f"a run is refused, because it {short}"] if short else []
-
-
-def _sides(scene: Scene) -> list[str]:
-    """Warning of a mesh whose sides have no contact and may pass through the ice."""
-    if scene.rubber.mesh is None:
-        return []
-    from iceslide_fem.mesh.completeness import only_lowest
-    from iceslide_fem.mesh.rubber import tagged_rubber
-
-    if not only_lowest(tagged_rubber(scene)):
-        return []
-    return [
-        'the lowest facets of rubber.mesh alone are tagged "contact": its sides pass through the '
-        "ice where they lean onto it"
-    ]
-
-
-def _passing(scene: Scene) -> list[str]:
-    """Warning of a run shorter than the transit time of the ice."""
-    if scene.ice.motion != "sliding":
-        return []
-    from iceslide_fem.mesh.rubber import block_size
-
-    transit = block_size(scene)[0] / scene.load.speeds.mean
-    if scene.load.duration >= transit:
-        return []
-    after = readable(transit, "s")
-    return [f"the run ends before an ice point has passed the block, after {after}"]
