@@ -39,9 +39,10 @@ def of_use(relaxation: Relaxation, temperature: float) -> list[str]:
         return []
     where = f"{beyond:.0f} K {'colder' if temperature < measured[0] else 'warmer'} than "
     if measured[0] == measured[1]:
+        wrong = "short" if temperature < measured[0] else "long"
         return [
-            f"{at} is {where}the one isotherm of the rubber, {_celsius(measured[0])}, so its times "
-            "are those of another temperature: rubber relaxes slower by some decades per 50 K"
+            f"{at} is {where}the one isotherm of the rubber, {_celsius(measured[0])}: its times "
+            f"are too {wrong} by an unknown factor"
         ]
     nearest = measured[0] if temperature < measured[0] else measured[1]
     return [

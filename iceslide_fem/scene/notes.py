@@ -151,7 +151,11 @@ def _relaxation(scene: Scene) -> list[str]:
     if (relaxation := scene.rubber.relaxation) is None:
         return []
     measured = scene.rubber.measured
-    fit = [] if measured is None else [f"rubber.dma: {each}" for each in of_fit(measured)]
+    fit = (
+        []
+        if measured is None
+        else [f"the table of rubber.dma: {each}" for each in of_fit(measured)]
+    )
     return fit + of_use(relaxation, scene.ice.temperature)
 
 
