@@ -9,6 +9,7 @@ import shlex
 import tomllib
 from html.parser import HTMLParser
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -20,10 +21,11 @@ from written_fields import write_fields  # noqa: E402
 
 from iceslide_fem.cli import main  # noqa: E402
 from iceslide_fem.output.summary import write_summary  # noqa: E402
-from iceslide_fem.postprocess.report.curves import charts_of  # noqa: E402
+from iceslide_fem.postprocess.report.curves import charts_of, charts_of_one  # noqa: E402
 from iceslide_fem.postprocess.report.of_runs import verdict  # noqa: E402
 from iceslide_fem.postprocess.report.page import Chart, Curve, _listed, plain, thinned  # noqa: E402
 from iceslide_fem.postprocess.results import read_run  # noqa: E402
+from iceslide_fem.postprocess.results.quantities import BALANCE  # noqa: E402
 from iceslide_fem.preprocess.footprint.case import FootprintCase  # noqa: E402
 from iceslide_fem.preprocess.footprint.line import gaussian_profile  # noqa: E402
 from iceslide_fem.preprocess.footprint.synthetic import Tread, grey_picture, save  # noqa: E402
@@ -291,6 +293,17 @@ def test_runs_are_compared_as_long_as_both_slid(pages, tmp_path):
     assert re.search(rf"<td>0.00%</td><td>0.00%</td><td>{end:.4g} ms</td>", text)
     stopped = run._replace(summary=run.summary | {"stopped": "tipped"})
     assert verdict(stopped, run, 0.0) == "stopped before its end"
+
+
+def test_a_contact_larger_than_the_nominal_area_is_no_fraction_of_itself():
+    columns = ("contact_fraction", "melted_fraction", "saturated_fraction")
+    history = dict.fromkeys((*BALANCE, *columns, "time_s", "step_s"), np.zeros(2))
+    history["contact_fraction"] = np.array([0.9, 1.05])
+    shares, *_ = charts_of_one(SimpleNamespace(history=history, phases={}, preload={}))
+    assert "contact / nominal area 105 %" in shares.says and "bulge onto the plate" in shares.says
+    history["contact_fraction"] = np.array([0.9, 0.95])
+    shares, *_ = charts_of_one(SimpleNamespace(history=history, phases={}, preload={}))
+    assert "bulge" not in shares.says
 
 
 def test_many_curves_are_said_in_short_and_loads_are_drawn_where_they_change(tmp_path):

@@ -137,6 +137,11 @@ def test_a_scene_says_what_rubs(tmp_path, capsys):
         (["--slip", "0:1.2:5"], "allowed: -1 to 1"),
         (["--slip", "a"], "is not of the form 0:1:21"),
         (["--slip", "0:1:0"], "allowed: 1 to 1001"),
+        (
+            ["--slip", "0:0.05:1"],
+            'write "0" for one value, or "0:1:21" for 0 to 1 in steps of 0.05',
+        ),
+        (["--slip", "0.1:0.7:1"], "one value from 0.1 to 0.7, because a range is first:last:count"),
         (["--stiffness", "0Pa/m"], "allowed: 1e4 Pa/m to 1e15 Pa/m"),
         (["--stiffness", "-5e6N/m^2"], "is out of range"),
         (["--stiffness", "5e6"], 'neither "auto" nor a number with its unit'),
@@ -206,6 +211,26 @@ def test_a_car_that_brakes(tmp_path):
     assert sorted(distances) == distances and distances[0] > 1.0
     assert (out / "stops.png").stat().st_size > 10_000
     assert (out / "stops.csv").read_text(encoding="utf-8").startswith("control,time_s")
+    assert wheel(*given, "--end-speed", "10km/h", "--out", out) == 0  # a repeat
+    assert wheel(*given, "--end-speed", "12km/h", "--out", out) == 2
+    assert wheel(*given[:-1], "--out", out, "--force") == 0
+    assert not list(out.glob("stops.*"))
+
+
+def test_the_stop_of_a_footprint_is_of_the_car_that_it_carries(tmp_path, capsys):
+    """A wheel of 1 kg m2 and 0.3 m locks, and loses all of its energy."""
+    np.save(tmp_path / "even.npy", np.full((1, 12), 2e5))
+    words = ["--pressure-map", tmp_path / "even.npy", "--length", "120mm", "--width", "100mm"]
+    words += ["--abs", "--speed", "20km/h", "--end-speed", "15km/h", "--slip", "1"]
+    words += ["--stiffness", "68.25e6Pa/m", "--load", "2kN"]
+    assert wheel(*words, "--out", tmp_path / "out") == 0
+    figures = summary(tmp_path / "out")
+    mass = figures["wheel"]["mass_kg"]
+    assert mass == pytest.approx(2000.0 / 9.80665)
+    lost = 0.5 * mass * (20**2 - 15**2) / 3.6**2 + 0.5 * (20 / 3.6 / 0.3) ** 2
+    assert figures["stops"]["locked"]["kinetic_energy_J"] == pytest.approx(lost, rel=1e-6)
+    assert wheel(*words, "--mass", "300kg", "--out", tmp_path / "both") == 2
+    assert "--load and --mass contradict each other" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

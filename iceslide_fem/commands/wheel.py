@@ -63,7 +63,9 @@ def wheel(
         ),
     ] = False,
     end_speed: Annotated[Text, option("M/S", "Where a stop ends.", "5km/h")] = None,
-    mass: Annotated[Text, option("KG", "Of the quarter car.", "350kg")] = None,
+    mass: Annotated[
+        Text, option("KG", "Of the quarter car.", "what the load weighs; of a line 350kg")
+    ] = None,
     scene: Annotated[
         Text, option("SCENE", "Whose friction law, ice, water and rubber are taken instead.")
     ] = None,

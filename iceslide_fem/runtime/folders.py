@@ -72,7 +72,7 @@ RESULTS = {
         "parameters.png",
         "spectrum.png",
     ),
-    "wheel": ("mu_slip.csv", "mu_slip.png"),
+    "wheel": ("mu_slip.csv", "mu_slip.png", "stops.csv", "stops.png"),
     "rubber": (
         "rubber.toml",
         "rubber.csv",

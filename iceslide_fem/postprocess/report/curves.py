@@ -108,7 +108,9 @@ def charts_of_one(run: Run) -> list[Chart]:
         for number, (column, name) in enumerate(BALANCE.items())
         if run.history[column].any()
     ]
-    said, title = _ends(shares, "%"), "Fractions of the contact area"
+    said, title = _ends(shares, "%"), "Contact area and its parts"
+    if float(np.max(shares[0].y)) > 100.0:
+        said += ". Sides that bulge onto the plate touch it beside the nominal area"
     found = [Chart("shares", title, said, TIME, "fraction (%)", shares, phases(run))]
     if energies:
         said, title = _ends(energies, unit), "Where the work of friction goes"

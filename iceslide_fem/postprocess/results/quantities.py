@@ -32,9 +32,9 @@ LOADS = {  # by keys of the scene
     "speed": Quantity("speed_m_per_s", "Sliding speed", "v (m/s)", 1.0),
 }
 SHARES = {  # columns of the history, and their names
-    "contact_fraction": "in contact",
-    "melted_fraction": "melted",
-    "saturated_fraction": "saturated",
+    "contact_fraction": "contact / nominal area",
+    "melted_fraction": "melted / contact",
+    "saturated_fraction": "saturated / contact",
 }
 BALANCE = {
     "friction_work_J": "work of friction",

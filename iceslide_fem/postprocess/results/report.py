@@ -148,12 +148,11 @@ def _curve(panel: Axes, run: Run, quantity: Quantity, color: str) -> Axes:
 
 
 def _shares(panel: Axes, run: Run) -> None:
-    looks = {"in contact": (BLACK, "-"), "melted": (BLUE, "--"), "saturated": (ORANGE, "-.")}
-    for column, label in SHARES.items():
-        color, style = looks[label]
+    looks = (BLACK, "-"), (BLUE, "--"), (ORANGE, "-.")
+    for (column, label), (color, style) in zip(SHARES.items(), looks, strict=True):
         values = 100.0 * run.history[column]
         panel.plot(MS * run.history["time_s"], values, style, color=color, label=label, linewidth=2)
-    panel.set(title="Fractions of the contact area", ylabel="fraction (%)", ylim=(-4.0, 130.0))
+    panel.set(title="Contact area and its parts", ylabel="fraction (%)", ylim=(-4.0, 130.0))
     panel.set_yticks(range(0, 101, 25))
     panel.legend(loc="upper center", ncols=len(looks), frameon=False)
 

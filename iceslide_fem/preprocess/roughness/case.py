@@ -25,6 +25,7 @@ from iceslide_fem.scene.command_options import (
 )
 from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.materials import YOUNGS_MODULUS
+from iceslide_fem.scene.ranges import read_range
 from iceslide_fem.scene.units import Quantity
 
 # Shortest wave on two pixels of 17.5 um, the source's mesh, as in the published table.
@@ -46,18 +47,15 @@ def _pressures(value: Any) -> Any:
     """Pressures (Pa) in equal ratios, from "first:last:count"."""
     if not isinstance(value, str):
         return value
-    form = f'--pressures "{value}" is not of the form 0.2bar:20bar:12'
+    said = f'--pressures "{value}"'
     allowed = Quantity("Pa", "0.001 bar", "100 bar")
-    parts = value.split(":")
-    if len(parts) != 3:
-        raise ValueError(form)
     try:
-        first, last = (allowed.in_range(as_number(part)) for part in parts[:2])
-        count = int(parts[2])
+        *ends, count = read_range(value)
+        first, last = (allowed.in_range(as_number(end)) for end in ends)
     except ValueError as error:
-        raise ValueError(f"{form}: {error} (0.001 bar to 100 bar)") from None
+        raise ValueError(f"{said} {error}; allowed: as in 0.2bar:20bar:12") from None
     if not (first < last and 2 <= count <= 200):
-        raise ValueError(f"{form}: rising, with 2 to 200 pressures")
+        raise ValueError(f"{said} is not rising, with 2 to 200 pressures, as in 0.2bar:20bar:12")
     return tuple(float(f"{p:.6g}") for p in np.geomspace(first, last, count))
 
 

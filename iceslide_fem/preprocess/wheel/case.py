@@ -20,7 +20,7 @@ from iceslide_fem.preprocess.wheel.option_values import (
     Varied,
 )
 from iceslide_fem.preprocess.wheel.pattern import Pattern
-from iceslide_fem.preprocess.wheel.quarter_car import QuarterCar
+from iceslide_fem.preprocess.wheel.quarter_car import GRAVITY, QuarterCar
 from iceslide_fem.preprocess.wheel.rolling import Rolling
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import Scene, load_scene
@@ -43,7 +43,7 @@ class WheelCase(SourceOptions, FilmOptions):
     friction law, ice, water and rubber replace the film options; pitch, groove: of a tread pattern
     of blocks across the wheel, m; tread_height: m; stiffness: None to compute it; vary: values (SI)
     of speed and temperature, in all combinations; abs: whether a quarter car of a `mass` (kg) also
-    brakes from the speed to the end_speed (m/s).
+    brakes from the speed to the end_speed (m/s); the weight of its mass is the load of the wheel.
     """
 
     model_config = ConfigDict(alias_generator=option_names("image"))
@@ -59,7 +59,7 @@ class WheelCase(SourceOptions, FilmOptions):
     vary: Varied = {}
     abs: StrictBool = False
     end_speed: Annotated[float, SPEED, Number] = 5.0 / 3.6
-    mass: Annotated[float, Quantity("kg", "1 kg", "100000 kg"), Number] = QuarterCar.mass
+    mass: Annotated[float, Quantity("kg", "1 kg", "100000 kg"), Number] | None = None
 
     @model_validator(mode="after")
     def _pattern_is_whole(self) -> Self:
@@ -83,6 +83,11 @@ class WheelCase(SourceOptions, FilmOptions):
             raise ValueError("--abs and --vary contradict each other: a stop is of one wheel")
         elif self.slip_angle:
             raise ValueError("--abs and --slip-angle contradict each other: a stop goes straight")
+        elif self.load is not None and self.mass is not None:
+            raise ValueError(
+                "--load and --mass contradict each other: the wheel of a stop carries the weight "
+                "of its mass; give one of them"
+            )
         elif self.end_speed >= self.speed:
             raise ValueError(
                 f"--end-speed {3.6 * self.end_speed:.4g} km/h is not below --speed "
@@ -170,6 +175,15 @@ class WheelCase(SourceOptions, FilmOptions):
         pattern = self.pattern
         block = length if pattern is None else pattern.pitch - pattern.groove
         return super().lug_below(block)
+
+    def car(self, load: float) -> QuarterCar:
+        """The quarter car of a stop, by default of the mass that the footprint's `load` (N) weighs.
+
+        A line has no width, and by default the quarter car's usual mass.
+        """
+        if self.mass is not None:
+            return QuarterCar(mass=self.mass)
+        return QuarterCar() if self.one_line else QuarterCar(mass=load / GRAVITY)
 
     def rolling(self, slip: float) -> Rolling:
         """The wheel at a slip ratio."""

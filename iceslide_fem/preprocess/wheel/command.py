@@ -17,7 +17,6 @@ from iceslide_fem.preprocess.wheel.curve import curves
 from iceslide_fem.preprocess.wheel.figures import draw
 from iceslide_fem.preprocess.wheel.law import contact_of_case
 from iceslide_fem.preprocess.wheel.output import columns, summary, table
-from iceslide_fem.preprocess.wheel.quarter_car import QuarterCar
 from iceslide_fem.preprocess.wheel.stiffness import stiffness_of
 from iceslide_fem.preprocess.wheel.stopping import stops_of
 from iceslide_fem.runtime.arrays import Array
@@ -62,7 +61,7 @@ def run(
             draw(f"{case.source.stem}: friction over slip", found, out)
             if stops:
                 title = f"{case.source.stem}: a quarter car brakes"
-                figure = braking_figure(stops, QuarterCar(mass=case.mass), title)
+                figure = braking_figure(stops, case.car(read.pressure_map.load), title)
                 figure.savefig(out / OF_STOPS[1], dpi=110)
         slipping = columns(found, read.pressure_map.load)
         replace_file(out / "mu_slip.csv", table(slipping))

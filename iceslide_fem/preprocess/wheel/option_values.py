@@ -9,6 +9,7 @@ from pydantic import BeforeValidator
 
 from iceslide_fem.preprocess.relaxation_options import read_several
 from iceslide_fem.runtime.units import to_si
+from iceslide_fem.scene.ranges import read_range
 from iceslide_fem.scene.units import Quantity
 
 MOST_SLIPS = 1001
@@ -37,14 +38,15 @@ def _slips(value: Any) -> Any:
     if not isinstance(value, str):
         return value
     said = f'--slip "{value}"'
+    parts = value.split(",")
+    number = len(parts)
+    if ":" in value:
+        try:
+            *parts, number = read_range(value)
+        except ValueError as error:
+            raise ValueError(f"{said} {error}") from None
     try:
-        if ":" in value:
-            first, last, count = value.split(":")
-            number = int(count)
-            slips = [float(first), float(last)]
-        else:
-            slips = [float(part) for part in value.split(",")]
-            number = len(slips)
+        slips = [float(part) for part in parts]
     except ValueError:
         raise ValueError(
             f"{said} is not of the form 0:1:21 (first, last, how many) or 0.05,0.1,1"

@@ -82,6 +82,7 @@ def summary(
             "stiffness_Pa_per_m": stiffness.value,
             "stiffness_from": stiffness.source,
             "one_line": case.one_line,
+            **({"mass_kg": case.car(footprint.load).mass} if case.abs else {}),
         },
         "curves": members,
         "source": str(case.source),
@@ -153,6 +154,11 @@ def lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
     load = f"{wheel['load_N']:.5g} N" + " per metre of width" * wheel["one_line"]
     return [
         ("load", load),
+        *(
+            [("mass of the quarter car", f"{wheel['mass_kg']:.4g} kg")]
+            if "mass_kg" in wheel
+            else []
+        ),
         ("mean pressure", f"{wheel['mean_pressure_Pa'] / BAR:.4g} bar"),
         ("shear stiffness of the tread", f"{wheel['stiffness_Pa_per_m']:.4g} Pa/m"),
         ("which is from", wheel["stiffness_from"]),

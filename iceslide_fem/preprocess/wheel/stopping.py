@@ -9,7 +9,6 @@ from iceslide_fem.preprocess.wheel.braking import compare_controls
 from iceslide_fem.preprocess.wheel.case import WheelCase
 from iceslide_fem.preprocess.wheel.friction import Tread
 from iceslide_fem.preprocess.wheel.law import contact_of_case
-from iceslide_fem.preprocess.wheel.quarter_car import QuarterCar
 from iceslide_fem.preprocess.wheel.slip_table import axes_of_a_stop, slip_table
 from iceslide_fem.preprocess.wheel.stop import Stop
 
@@ -26,5 +25,4 @@ def stops_of(case: WheelCase, footprint: PressureMap, stiffness: float) -> dict[
     tread = Tread(stiffness, case.pattern)
     contact = contact_of_case(case.members[0], footprint.contact_length)
     table = slip_table(some, *axes, tread, contact)
-    car = QuarterCar(mass=case.mass)
-    return compare_controls(table, case.speed, case.end_speed, car)
+    return compare_controls(table, case.speed, case.end_speed, case.car(footprint.load))

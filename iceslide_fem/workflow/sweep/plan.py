@@ -27,6 +27,7 @@ from iceslide_fem.scene import (
 )
 from iceslide_fem.scene.fingerprint import fingerprint
 from iceslide_fem.scene.messages import shortened
+from iceslide_fem.scene.ranges import read_range
 
 MOST_CASES = 100_000  # of a sweep
 
@@ -107,15 +108,12 @@ def _axis(text: str) -> tuple[str, tuple[Any, ...]]:
     unit = unit_of(key)
     if ":" not in values or (unit is None and not _RANGE.fullmatch(values)):
         return key, tuple(parsed(value.strip()) for value in values.split(","))
-    try:
-        first, last, count = (part.strip() for part in values.split(":"))
-        number = int(count)
-    except ValueError:
-        raise SceneError(
-            f'--vary "{text}" is not of the form {key}=first:last:count with a whole count'
-        ) from None
     if unit is None:
         raise SceneError(f"{key} is not a number: list its values, as in {key}=one,other")
+    try:
+        first, last, number = read_range(values)
+    except ValueError as error:
+        raise SceneError(f'--vary {key}="{values}" {error}') from None
     if not 2 <= number <= MOST_CASES:
         raise SceneError(f'--vary "{text}": a range has a count of 2 to {MOST_CASES}')
     even = np.linspace(_end(key, first, unit), _end(key, last, unit), number)
