@@ -418,7 +418,7 @@ def test_lines_of_python_of_a_row_of_a_picture():
 
 
 def test_lines_of_python_of_a_profile_in_a_file(tmp_path):
-    (tmp_path / "line.csv").write_text("x_mm,pressure_bar\n1,0\n3,2\n5,3\n7,1\n")
+    (tmp_path / "line.csv").write_text("cell_mm,pressure_bar\n1,0\n3,2\n5,3\n7,1\n")
     answer, found = line.curves({"profile": "file", "file": str(tmp_path / "line.csv")}), {}
     exec(answer["python"], found)
     assert answer["series"]["pressure"] == [0.0, 2.0, 3.0, 1.0]

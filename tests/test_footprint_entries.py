@@ -39,7 +39,7 @@ def files(tmp_path_factory):
     """A profile, the map that has it in every row, temperatures and states of that map."""
     folder = tmp_path_factory.mktemp("entries")
     rows = [f"{1e3 * x:.12g},{p / 1e5:.12g}" for x, p in zip(X, PRESSURE, strict=True)]
-    (folder / "line.csv").write_text("\n".join(["x_mm, pressure_bar", *rows]) + "\n")
+    (folder / "line.csv").write_text("\n".join(["cell_mm, pressure_bar", *rows]) + "\n")
     np.save(folder / "map.npy", MAP)
     case = FootprintCase.of({"pressure_map": str(folder / "map.npy"), **SIZE})
     moving = heat_model(read_footprint(case).pressure_map, case.moving)
@@ -159,7 +159,7 @@ def test_nothing_touches_where_a_gaussian_has_died_away():
 
 
 def test_columns_of_a_profile_are_the_entries_of_its_modules(tmp_path):
-    text = "x_m,pressure_Pa,temperature_C,state\n0.001,0,5,0\n0.002,2e5,-1,2\n0.003,1e5,-3,1\n"
+    text = "cell_m,pressure_Pa,temperature_C,state\n0.001,0,5,0\n0.002,2e5,-1,2\n0.003,1e5,-3,1\n"
     (tmp_path / "own.csv").write_text(text)
     out = tmp_path / "out"
     assert iceslide("footprint", "--line", tmp_path / "own.csv", "--out", out, "--no-report") == 0
@@ -205,8 +205,8 @@ def test_pressures_have_the_unit_that_their_file_or_the_option_says(unit, pascal
     plain = {"pressure_map": str(tmp_path / "plain"), "pressure_unit": unit, **SIZE}
     saved = {"pressure_map": str(tmp_path / "map.npy"), "pressure_unit": unit, **SIZE}
     rows = "\n".join(f"{1e3 * x:.12g};{p / pascals:.9g}" for x, p in zip(X, PRESSURE, strict=True))
-    (tmp_path / "line").write_text(f"x (mm);pressure ({unit})\n{rows}\n")
-    (tmp_path / "bare").write_text(f"x_mm;pressure\n{rows}\n")
+    (tmp_path / "line").write_text(f"cell (mm);pressure ({unit})\n{rows}\n")
+    (tmp_path / "bare").write_text(f"cell_mm;pressure\n{rows}\n")
     line = {"line": str(tmp_path / "line")}
     bare = {"line": str(tmp_path / "bare"), "pressure_unit": unit}
     for values in (named, plain, saved, line, bare, named | {"pressure_unit": unit}):
@@ -265,15 +265,6 @@ def test_places_without_a_value_touch_nowhere(tmp_path):
     read = read_footprint(FootprintCase.of({"pressure_map": str(tmp_path / "map.csv"), **SIZE}))
     expected = [[0, 0, 0, 0], [0, 1.5e5, 0, 0], [0, 2.5e5, 3e5, 0], [0, 0, 0, 0]]
     assert read.pressure_map.pressure == pytest.approx(np.array(expected, dtype=float))
-
-
-def test_a_list_of_points_is_no_map(tmp_path):
-    points = [f"{x},{y},{100 + x}" for y in range(4) for x in range(5)]
-    for heading in ("x_mm,y_mm,pressure_kPa\n", "", "X (mm),Y (mm),p (kPa)\n"):
-        (tmp_path / "map").write_text(heading + "\n".join(points))
-        given = {"pressure_map": str(tmp_path / "map"), "pressure_unit": "kPa", **SIZE}
-        with pytest.raises(SceneError, match="is a list of points x, y and value"):
-            read_footprint(FootprintCase.of(given))
 
 
 def test_temperatures_may_be_in_kelvin(tmp_path):
@@ -336,7 +327,7 @@ def test_frames_of_a_sensor_have_their_units_and_sizes(tmp_path):
     [
         ("kPa", "RAW", {}, 'has UNITS "RAW" in its head; allowed: a pressure such as kPa'),
         ("ROWS 2", "ROWS 3", {}, "frame 7 has 2 rows of 3; its head says 3 of 3"),
-        ("ROWS 2\n", "", {}, 'has ROWS "" in its head; allowed: a whole number'),
+        ("ROWS 2", "ROWS two", {}, 'has ROWS "two" in its head; allowed: a whole number'),
         ("8.0 mm", "8.0", {}, 'has ROW_SPACING "8.0" in its head; allowed: say "2.0 mm"'),
         ("150.0", "x", {}, 'frame 7: row 2 (line 3), column 2: "x" is not a number'),
         ("kPa", "kPa", {"frame": "3"}, "which has the frames 7 to 9"),
@@ -384,7 +375,10 @@ LINE, PIXELS = "x_m,pressure_Pa\n0,1e5\n1e-3,2e5\n", ["--length", "180mm", "--wi
         ("x_m\n0\n1\n", ["--line", "f"], "has no column pressure_Pa; needed: x_m, pressure_Pa"),
         ("x_m,pressure_Pa\n0,1e5\n", ["--line", "f"], "two or more"),
         ("x_m,pressure_Pa\n0,1e5\n1,nan\n", ["--line", "f"], "no finite number"),
-        ("x_mm,pressure_Pa\n0,1\n1,2\n3,1\n", ["--line", "f"], "x must rise in even steps"),
+        ("cell_mm,pressure_bar\n0,1\n1,2\n3,1\n", ["--line", "f"], "cell must rise in even steps"),
+        ("x_mm,pressure_bar\n0,1\n3,2\n1,1\n", ["--line", "f"], "x must rise, in the direction"),
+        ("x_mm,pressure_bar\n0,1\n6e3,2\n", ["--line", "f"], "x covers 6 m; allowed: 1e-05 to 5 m"),
+        ("x_mm,cell_mm,pressure_bar\n0,0,1\n6,6,2\n", ["--line", "f"], "x_m is of points and cell"),
         ("x_mm,pressure_Pa\n0,-1\n1,2\n", ["--line", "f"], "has pressures from -1 to 2 Pa"),
         ("x_mm,pressure_Pa\n0,0\n1,0\n", ["--line", "f"], "nothing is in contact"),
         ("x_mm,pressure_bar,state\n0,1,9\n1,2,1\n", ["--line", "f"], "other states than 0"),

@@ -56,7 +56,7 @@ def line(tmp_path):
     """Options of a Gaussian, 40 mm long, on few pixels."""
     x, pressure = gaussian_profile(40e-3, 2e5, 80, 20e-3)
     rows = "".join(f"{a:.6g},{b:.6g}\n" for a, b in zip(x, pressure, strict=True))
-    (tmp_path / "line.csv").write_text(f"x_m,pressure_Pa\n{rows}", encoding="utf-8")
+    (tmp_path / "line.csv").write_text(f"cell_m,pressure_Pa\n{rows}", encoding="utf-8")
     return ICE | {"line": str(tmp_path / "line.csv")}
 
 

@@ -53,7 +53,7 @@ def described() -> dict[str, Any]:
     return {
         "sliders": [slider.described() for slider in SLIDERS],
         "texts": [
-            ("file", "profile (CSV: x_mm, pressure_bar)"),
+            ("file", "profile (CSV: x_mm or cell_mm, pressure_bar)"),
             ("image", "picture of a footprint (file on this machine)"),
             ("legend", "box of its colour bar: LEFT,TOP,RIGHT,BOTTOM"),
             ("crop", "box of the footprint: LEFT,TOP,RIGHT,BOTTOM"),

@@ -13,8 +13,8 @@ from iceslide_fem.preprocess.footprint.case import FootprintCase
 from iceslide_fem.preprocess.footprint.line import gaussian_profile
 from iceslide_fem.preprocess.footprint.macroscopic import Macroscopic, Source
 from iceslide_fem.preprocess.footprint.option_values import Length, PixelBox
+from iceslide_fem.preprocess.footprint.profile import read_profile
 from iceslide_fem.preprocess.footprint.reading import read_footprint
-from iceslide_fem.preprocess.footprint.tables import read_profile
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.command_options import Number
 from iceslide_fem.scene.input_file import InputFile

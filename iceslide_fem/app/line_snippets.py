@@ -55,7 +55,7 @@ def line_lines(case: LineCase) -> str:
         )
     elif case.profile == "file":
         before = "from pathlib import Path\n\n"
-        other = "from iceslide_fem.preprocess.footprint.tables import read_profile\n"
+        other = "from iceslide_fem.preprocess.footprint.profile import read_profile\n"
         pressure = (
             f"profile = read_profile(Path({str(case.file)!r}))\n"
             "pressure, dx = profile.pressure, profile.dx"

@@ -16,14 +16,21 @@ Image = Annotated[
     typer.Argument(metavar="IMAGE", help="PNG, JPEG or TIFF.", show_default=False),
 ]
 PressureMap = Annotated[
-    Text, option("FILE", "Pressures, .npy, text or a sensor's frames, instead of a picture.")
+    Text,
+    option(
+        "FILE", "Pressures, .npy, text, points x, y or a sensor's frames, instead of a picture."
+    ),
 ]
 PressureUnit = Annotated[
     Text, option("UNIT", "Of pressures whose file does not say: kPa, bar, psi.", "Pa")
 ]
 Frame = Annotated[Text, option("N", "Of a sensor's file.", "that of the largest force")]
 Line = Annotated[
-    Text, option("CSV", "One line: columns x_m, pressure_Pa, perhaps temperature_C, state.")
+    Text,
+    option(
+        "CSV",
+        "One line: points x_m, or cells cell_m, and pressure_Pa, perhaps temperature_C, state.",
+    ),
 ]
 Gaussian = Annotated[Text, option("L,PEAK,SIGMA", "One line: a Gaussian, say 180mm,4bar,30mm.")]
 Row = Annotated[Text, option("N", "One line: row N of the pixels, from the top.")]

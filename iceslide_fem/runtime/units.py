@@ -7,9 +7,13 @@ from functools import cache, lru_cache
 
 import pint
 
-# Units of pressure as people write them; case matters for mPa only.
+# Units of pressure as people write them, in lower case; case matters for mPa only.
 _PRESSURES = {"pa": "Pa", "hpa": "hPa", "kpa": "kPa", "mpa": "MPa", "bar": "bar", "mbar": "mbar"}
-_PRESSURES |= {"psi": "psi", "n/cm^2": "N/cm^2", "n/mm^2": "N/mm^2", "kp/cm^2": "kgf/cm^2"}
+_PRESSURES |= {"psi": "psi", "lb/in^2": "psi", "lbf/in^2": "psi", "lbs/in^2": "psi", "psig": "psi"}
+_PRESSURES |= {"n/m^2": "Pa", "kn/m^2": "kPa", "n/cm^2": "N/cm^2", "n/mm^2": "N/mm^2"}
+_PRESSURES |= {"kg/cm^2": "kgf/cm^2", "kp/cm^2": "kgf/cm^2", "kgf/cm^2": "kgf/cm^2"}
+_PRESSURES |= {"g/cm^2": "gf/cm^2", "kg/mm^2": "kgf/mm^2", "kgf/mm^2": "kgf/mm^2"}
+_PRESSURES |= {"mmhg": "mmHg", "inhg": "inHg", "torr": "torr", "atm": "atm"}
 _FREQUENCIES = {
     "hz": "Hz",
     "khz": "kHz",
@@ -52,8 +56,9 @@ def to_si(text: str, unit: str) -> float:
     if unit and not given:
         raise ValueError("has no unit")
     try:
-        _check_unit(given)
-        value = _registry().Quantity(number, given).to(unit or "dimensionless").magnitude
+        written = _spelled(given, unit)
+        _check_unit(written)
+        value = _registry().Quantity(number, written).to(unit or "dimensionless").magnitude
     except pint.DimensionalityError:
         expected = f"in {unit}" if unit else "without a unit"
         raise ValueError(f"has the wrong unit (a quantity {expected} is expected)") from None
@@ -75,19 +80,25 @@ def _check_unit(text: str) -> None:
         at, before = part.end(), part[0]
 
 
+def _spelled(text: str, unit: str) -> str:
+    """A unit with the dimension of the SI `unit` as pint spells it: N/cm^2 for N/cm2 or N/cm²."""
+    text = text.replace("²", "^2").replace("³", "^3")
+    text = re.sub(r"(?<=[A-Za-zµμ])([23])(?![0-9A-Za-z])", r"^\1", text)
+    if unit != "Pa" or text == "mPa":
+        return text
+    return _PRESSURES.get(text.casefold().replace(" ", ""), text)
+
+
 def si_unit(text: str, unit: str) -> str | None:
     """`text` as a unit for `to_si`, if it has the dimension of the SI `unit`; else None.
 
     Forms in headings of tables are accepted: C and °C, N/cm2 for N/cm^2, mPas, hz, "-" and "1" for
     none, also "%".
     """
-    written = text.strip().replace("²", "^2").replace("³", "^3")
-    written = written.replace("Âµ", "µ").replace("Î¼", "μ")  # UTF-8 that was read as Latin-1
+    written = text.strip().replace("Âµ", "µ").replace("Î¼", "μ")  # UTF-8 read as Latin-1
     if not unit:
         return {"-": "", "1": "", "": "", "%": "%"}.get(written)
-    written = re.sub(r"(?<=[A-Za-zµμ])([23])(?![0-9])", r"^\1", written)
-    if unit == "Pa":
-        written = _PRESSURES.get(written.casefold() if written != "mPa" else "", written)
+    written = _spelled(written, unit)
     if unit in ("Hz", "rad/s"):
         written = _FREQUENCIES.get(written.casefold(), written)
     if unit == "K":

@@ -94,7 +94,8 @@ def _pressure_unit(value: Any) -> Any:
     """A unit of pressure."""
     if (unit := si_unit(value, "Pa") if isinstance(value, str) else None) is None:
         raise ValueError(
-            f'--pressure-unit "{value}" is not a unit of pressure; allowed: {", ".join(UNITS)}'
+            f'--pressure-unit "{value}" is not a unit of pressure; allowed: {", ".join(UNITS)}, '
+            "kgf/cm^2, mmHg"
         )
     return unit
 

@@ -84,6 +84,7 @@ class PressureMap:
     def summary(self) -> dict[str, Any]:
         """The figures of module 1, in SI units as in the names."""
         return {
+            "contact_length_m": self.contact_length,
             "pixels": list(self.pressure.shape[::-1]),
             "pixel_size_m": [self.dx, self.dy],
             "contact_area_m2": self.contact_area,

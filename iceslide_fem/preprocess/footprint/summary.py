@@ -133,6 +133,7 @@ def lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
     footprint, film, colours = figures["footprint"], figures["film"], figures.get("colours", {})
     pixel = " x ".join(f"{1e3 * size:.3g}" for size in footprint["pixel_size_m"])
     rows = [
+        ("contact length", f"{1e3 * footprint['contact_length_m']:.4g} mm"),
         ("pixels", " x ".join(str(count) for count in footprint["pixels"])),
         ("pixel size", f"{pixel} mm"),
         ("contact area", f"{1e4 * footprint['contact_area_m2']:.4g} cm2"),

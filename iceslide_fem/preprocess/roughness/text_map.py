@@ -10,12 +10,12 @@ import numpy as np
 
 from iceslide_fem.preprocess.roughness.height_map import HeightMap
 from iceslide_fem.preprocess.roughness.instrument_text import read_instrument_text
-from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.tables.cells import TextTable, number
-from iceslide_fem.runtime.tables.columns import column_unit, has_index, units_named
+from iceslide_fem.runtime.tables.columns import has_index, units_named
 from iceslide_fem.runtime.tables.grid import grid
 from iceslide_fem.runtime.tables.layout import parse
+from iceslide_fem.runtime.tables.points import check_places, named_columns, on_grid, points_of
 from iceslide_fem.runtime.tables.text import LARGEST_MAP, read_text
 from iceslide_fem.runtime.units import si_unit, to_si
 
@@ -116,10 +116,8 @@ def _sides(lines: Sequence[str], shape: tuple[int, ...]) -> tuple[float, float] 
 
 def _point_columns(table: TextTable) -> tuple[int, int, int] | None:
     """Columns of x, y, z of a table of points, by name or as three columns of many rows."""
-    names = [re.sub(r"[\s_\[(/].*", "", name).casefold() for name in table.heading]
-    if all(names.count(name) == 1 for name in "xyz"):
-        x, y, z = (names.index(name) for name in "xyz")
-        return x, y, z
+    if (named := named_columns(table, "m", {"z"})) is not None:
+        return named
     if table.width == 4 and has_index(table):
         return 1, 2, 3
     return (0, 1, 2) if table.width == 3 and len(table.lines) > 3 else None
@@ -127,7 +125,8 @@ def _point_columns(table: TextTable) -> tuple[int, int, int] | None:
 
 def _points(table: TextTable, places: tuple[int, int, int], option: float | None) -> HeightMap:
     """A map from points x, y, z on a regular grid; positions without a point are missing."""
-    named = [column_unit(table, i, "m") for i in places]
+    points = points_of(table, places, "m")
+    named = points.units
     given = [named[2]] if named[2] is not None else units_named(table.above, "m")
     z_unit, notes = _height_unit(given, table.said, option)
     x_unit, y_unit = (to_si(f"1 {unit}", "m") if unit is not None else z_unit for unit in named[:2])
@@ -136,38 +135,11 @@ def _points(table: TextTable, places: tuple[int, int, int], option: float | None
             f"{axis} in {unit}" for axis, unit in zip("xyz", named, strict=True) if unit
         )
         notes = (f"its heading has {units}",)
-    if table.width == len(places):
-        points = list(table.numbers().T[list(places)])
-    else:
-        points = [table.column(i) for i in places]
-    if np.isnan(points[0]).any() or np.isnan(points[1]).any():
-        raise SceneError(f"{table.said} has points without x or y")
-    columns, dx = _places(table.said, points[0], "x")
-    rows, dy = _places(table.said, points[1], "y")
-    shape = rows.max() + 1, columns.max() + 1
-    if shape[0] * shape[1] > 4 * len(rows):
+    check_places(points, table.said)
+    if (found := on_grid(points)) is None:
         raise SceneError(f"{table.said}: its points do not lie on a regular grid")
-    heights = np.full(shape, np.nan)
-    heights[rows, columns] = points[2] * z_unit
-    if np.unique(rows * shape[1] + columns).size < len(rows):
-        raise SceneError(f"{table.said} has several points at one place")
-    return HeightMap(heights, (dx * x_unit, dy * y_unit), notes)
-
-
-def _places(said: str, values: Array, name: str) -> tuple[np.ndarray, float]:
-    """Index of each value on a regular grid, and the grid's spacing."""
-    levels = np.unique(values)
-    extent = levels[-1] - levels[0]
-    levels = levels[np.concatenate([[True], np.diff(levels) > 1e-6 * extent])]
-    if levels.size < 2:
-        raise SceneError(f"{said}: all points have the same {name}")
-    distance = float(np.median(np.diff(levels)))
-    count = round(extent / distance)
-    step = extent / count  # rounding averages out over the whole grid
-    number_ = np.rint((values - levels[0]) / step).astype(int)
-    if np.abs((values - levels[0]) / step - number_).max() > 0.1:
-        raise SceneError(f"{said}: its points do not lie on a regular grid")
-    return number_, float(step)
+    heights, dx, dy = found
+    return HeightMap(heights * z_unit, (dx * x_unit, dy * y_unit), notes)
 
 
 def _esri(text: str, said: str, unit: float | None) -> HeightMap:

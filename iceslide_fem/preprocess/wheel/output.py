@@ -74,6 +74,7 @@ def summary(
     members = [_member(curve) for curve in found]
     return {
         "wheel": {
+            "contact_length_m": footprint.contact_length,
             "load_N": footprint.load,
             "contact_area_m2": footprint.contact_area,
             "mean_pressure_Pa": footprint.mean_pressure,
@@ -153,6 +154,7 @@ def lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
     wheel = figures["wheel"]
     load = f"{wheel['load_N']:.5g} N" + " per metre of width" * wheel["one_line"]
     return [
+        ("contact length", f"{1e3 * wheel['contact_length_m']:.4g} mm"),
         ("load", load),
         *(
             [("mass of the quarter car", f"{wheel['mass_kg']:.4g} kg")]

@@ -61,10 +61,7 @@ def grid(table: TextTable) -> Grid:
 
 
 def is_list_of_points(table: TextTable) -> bool:
-    """Whether a table has columns x and y and others, by its heading or its positions."""
-    names = {name[:1].casefold() for name in table.heading if name[1:2] in ("", " ", "_", "(", "[")}
-    if {"x", "y"} <= names:
-        return True
+    """Whether three columns are positions x and y of a whole grid, and a value."""
     if table.width != 3 or len(table.lines) < 9:
         return False
     x, y, _ = (np.unique(column).size for column in table.numbers().T)

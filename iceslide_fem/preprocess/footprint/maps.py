@@ -1,0 +1,151 @@
+"""Maps of pressure, temperature and state from files of the user's own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+from zipfile import BadZipFile
+
+import numpy as np
+
+from iceslide_fem.preprocess.footprint.macroscopic import State
+from iceslide_fem.preprocess.footprint.point_list import read_points
+from iceslide_fem.preprocess.footprint.pressures import check_pressures, pressure_unit
+from iceslide_fem.preprocess.footprint.sensor_text import is_sensor_text, read_frame
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.files import check_regular
+from iceslide_fem.runtime.tables.columns import to_si_units, units_named
+from iceslide_fem.runtime.tables.grid import grid
+from iceslide_fem.runtime.tables.layout import parse
+from iceslide_fem.runtime.tables.text import LARGEST_MAP, read_text
+from iceslide_fem.runtime.units import ZERO_CELSIUS
+
+LARGEST = 4e7  # values of a map
+COLDEST, WARMEST = -100.0, 100.0  # degC
+
+
+class GivenMap(NamedTuple):
+    """A map (ny, nx) of a file, first row on top.
+
+    unit: in the file; size: (length, width) in m, if it is in the file; notes: sentences for the
+    user; saturation: above which its sensors do not measure, Pa, if the file says so.
+    """
+
+    values: Array
+    unit: str
+    size: tuple[float, float] | None = None
+    notes: tuple[str, ...] = ()
+    saturation: float | None = None
+
+
+class _Read(NamedTuple):
+    """Values of a file before their unit is known; units: those that it names."""
+
+    values: Array
+    units: list[str]
+    size: tuple[float, float] | None = None
+    notes: tuple[str, ...] = ()
+
+
+def read_pressures(path: Path, unit: str | None = None, frame: int | None = None) -> GivenMap:
+    """Pressures (Pa) of a map from a file; 0 where it has NaN.
+
+    unit: of values in files without one, by default Pa; frame: number in a file of several.
+    """
+    given = _read_map(path, "--pressure-map", "Pa", unit, frame)
+    values = np.nan_to_num(given.values, nan=0.0)
+    check_pressures(values, f"--pressure-map {path}", given.unit)
+    return given._replace(values=values)
+
+
+def read_temperatures(path: Path) -> GivenMap:
+    """Temperatures (K) of a map in degC, or in the unit that its file names."""
+    given = _read_map(path, "--temperature-map", "K")
+    check_temperatures(given.values - ZERO_CELSIUS, f"--temperature-map {path}")
+    return given
+
+
+def read_states(path: Path) -> GivenMap:
+    """`State` of a map: 1 dry, 2 mixed, 3 wet, 0 no contact."""
+    given = _read_map(path, "--state-map", "")
+    values = np.nan_to_num(given.values, nan=0.0)
+    check_states(values, f"--state-map {path}")
+    return given._replace(values=values)
+
+
+def check_temperatures(celsius: Array, said: str) -> None:
+    """Raise SceneError unless there are temperatures (degC), all of them of ice and tyres."""
+    if np.isnan(celsius).all():
+        raise SceneError(f"{said} has no temperature in it")
+    low, high = float(np.nanmin(celsius)), float(np.nanmax(celsius))
+    if not COLDEST <= low <= high <= WARMEST:
+        raise SceneError(
+            f"{said} has temperatures from {low:.4g} to {high:.4g}; allowed: {COLDEST:g} to "
+            f"{WARMEST:g} degC"
+        )
+
+
+def check_states(values: Array, said: str) -> None:
+    """Raise SceneError unless all values are of `State`."""
+    if not np.isin(values, list(State)).all():
+        raise SceneError(
+            f"{said} has other states than 0 (no contact), 1 (dry), 2 (mixed) and 3 (wet)"
+        )
+
+
+def _read_map(
+    path: Path, option: str, si: str, unit: str | None = None, frame: int | None = None
+) -> GivenMap:
+    """Numbers (ny, nx) in the unit `si`: .npy, text, a list of points, or a sensor's frames."""
+    said = f"{option} {path}"
+    check_regular(path, f"the map of {option}")
+    saturation = None
+    if path.suffix.lower() == ".npy":
+        read = _Read(_numpy(path, said), [])
+    else:
+        text = read_text(path, f"the map of {option}", LARGEST_MAP)
+        if si == "Pa" and is_sensor_text(text):
+            found = read_frame(text, said, frame)
+            units = ["Pa"] if found.in_pascals else []
+            read = _Read(found.values, units, found.size, (found.note,))
+            saturation, frame = found.saturation, None
+        else:
+            read = _read_text(text, said, option, si)
+    if frame is not None:
+        raise SceneError(f"--frame {frame}: {said} has no frames")
+    values = read.values
+    if min(values.shape) < 1 or values.shape[1] < 2 or values.size > LARGEST:
+        raise SceneError(
+            f"{said} has the shape {values.shape}; allowed: rows and columns, at "
+            f"least 1 x 2 and at most {LARGEST:.0e} values"
+        )
+    if np.isinf(values).any():
+        raise SceneError(f"{said} has a value that is infinite")
+    if not si:
+        return GivenMap(values, "", read.size, read.notes)
+    if si == "Pa":
+        given = pressure_unit(read.units, unit, said)
+    else:
+        given = read.units[0] if read.units else "degC"
+    return GivenMap(to_si_units(values, given, si), given, read.size, read.notes, saturation)
+
+
+def _read_text(text: str, said: str, option: str, si: str) -> _Read:
+    """A matrix, or a list of points."""
+    table = parse(text, said)
+    if (points := read_points(table, si)) is not None:
+        return _Read(points.values, points.units, points.size, (f"{option}: {points.note}",))
+    values, left_out = grid(table)
+    named = units_named([*table.above, *table.heading], si) if si else []
+    return _Read(values, named, None, tuple(f"{option}: {note}" for note in left_out))
+
+
+def _numpy(path: Path, said: str) -> Array:
+    try:
+        values = np.load(path, allow_pickle=False)
+        if not isinstance(values, np.ndarray) or values.ndim != 2:
+            raise ValueError
+        return np.asarray(values, dtype=float)
+    except (EOFError, OSError, TypeError, ValueError, BadZipFile):
+        raise SceneError(f"{said} is no matrix of numbers that NumPy has saved") from None

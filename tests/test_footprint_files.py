@@ -1,0 +1,168 @@
+"""Files that others write: lines of points, lists of points, and exports of pressure mats."""
+
+import numpy as np
+import pytest
+
+from iceslide_fem.preprocess.footprint.case import FootprintCase
+from iceslide_fem.preprocess.footprint.reading import read_footprint
+from iceslide_fem.preprocess.footprint.summary import lines, summary
+from iceslide_fem.preprocess.footprint.survey import survey
+from iceslide_fem.runtime.errors import SceneError
+
+pytestmark = pytest.mark.quick
+
+DX, DY = 12e-3, 8e-3  # of sensors
+Y, X = np.indices((7, 9))
+MAT = np.round(np.maximum(0.0, 250.0 - 9.0 * (X - 4) ** 2 - 15.0 * (Y - 3.2) ** 2), 3)  # kPa
+
+
+def read(folder, text, name="file.csv", source="pressure_map", encoding="utf-8", **values):
+    (folder / name).write_text(text, encoding=encoding)
+    return read_footprint(FootprintCase.of({source: str(folder / name), **values}))
+
+
+def check(found):
+    """The map is MAT, its first row on top."""
+    footprint = found.pressure_map
+    assert footprint.pressure == pytest.approx(1e3 * MAT[::-1], rel=1e-3)
+    assert (footprint.dx, footprint.dy) == pytest.approx((DX, DY))
+    return found
+
+
+def rows(values, separator=",", form=".6g"):
+    return "".join(separator.join(format(value, form) for value in row) + "\n" for row in values)
+
+
+# --- a line
+
+
+@pytest.mark.parametrize("x", [(0, 60, 120), (0, 30, 60, 90, 120), (0, 30, 60, 120)])
+def test_a_line_is_straight_between_its_points_and_ends_at_them(x, tmp_path):
+    """A triangle of 120 mm and 3 bar, however many points it has, carries half of their product."""
+    points = "".join(f"{each},{3.0 - abs(each - 60) / 20.0}\n" for each in x)
+    footprint = read(tmp_path, "x_mm,pressure_bar\n" + points, source="line").pressure_map
+    assert footprint.contact_length == pytest.approx(0.12, rel=1e-6)
+    assert footprint.load == pytest.approx(0.5 * 3e5 * 0.12, rel=1e-9)
+    assert footprint.pressure.max() == pytest.approx(3e5, rel=5e-3)
+    middle = np.interp(footprint.x, [0.0, 0.06, 0.12], [0.0, 3e5, 0.0])
+    assert footprint.pressure[0] == pytest.approx(middle, abs=1e3)
+
+
+def test_two_points_are_an_even_pressure_between_them(tmp_path):
+    footprint = read(tmp_path, "x_mm,p_bar\n0,2\n180,2\n".replace("p_", "pressure_"),
+                     source="line").pressure_map  # fmt: skip
+    assert footprint.contact_length == pytest.approx(0.18)
+    assert np.ptp(footprint.pressure) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_cells_reach_half_a_cell_beyond_their_middles(tmp_path):
+    text = "cell_mm,pressure_bar\n30,1\n90,3\n150,1\n"
+    footprint = read(tmp_path, text, source="line").pressure_map
+    assert footprint.contact_length == pytest.approx(0.18)
+    assert footprint.pressure[0].tolist() == [1e5, 3e5, 1e5]
+
+
+def test_states_and_temperatures_lie_on_the_same_points(tmp_path):
+    text = "x_mm,pressure_bar,temperature_C,state\n0,0,-5,0\n60,2,-3,1\n120,2,-1,3\n180,0,0,0\n"
+    found = read(tmp_path, text, source="line")
+    x = found.pressure_map.x
+    assert found.temperature[0] - 273.15 == pytest.approx(np.interp(x, [0, 0.06, 0.12, 0.18],
+                                                                    [-5, -3, -1, 0]))  # fmt: skip
+    assert set(found.state[0, x < 0.089]) == {1} and set(found.state[0, x > 0.091]) == {3}
+
+
+def test_the_contact_length_is_in_the_first_row(tmp_path):
+    (tmp_path / "line.csv").write_text("x_mm,pressure_bar\n0,0\n60,3\n120,0\n")
+    case = FootprintCase.of({"line": str(tmp_path / "line.csv")})
+    figures = summary(survey(case, read_footprint(case))) | {"wall_s": 0.0}
+    assert figures["footprint"]["contact_length_m"] == pytest.approx(0.12)
+    assert lines(figures)[0] == ("contact length", "120 mm")
+
+
+# --- lists of points
+
+POINTS = np.column_stack([1e3 * DX * X.ravel(), 1e3 * DY * Y[::-1].ravel(), MAT.ravel()])
+
+
+@pytest.mark.parametrize(
+    ("heading", "columns"),
+    [
+        ("x_mm,y_mm,pressure_kPa", [0, 1, 2]),
+        ("X [mm],Y [mm],p [kPa]", [0, 1, 2]),
+        ("y (mm),CPRESS (kPa),x (mm)", [1, 2, 0]),
+    ],
+)
+def test_a_list_of_points_is_the_map_of_its_pixels(heading, columns, tmp_path):
+    found = check(read(tmp_path, heading + "\n" + rows(POINTS[::-1, columns])))
+    assert any("a list of points on a regular grid" in note for note in found.notes)
+
+
+def test_nodes_have_numbers_and_may_lack_where_nothing_touches(tmp_path):
+    there = POINTS[POINTS[:, 2] > 0.0]
+    numbered = np.column_stack([np.arange(len(there)) + 1, there])
+    found = read(tmp_path, "Node;COORD1 (mm);COORD2 (mm);CPRESS (kPa)\n" + rows(numbered, ";"))
+    assert found.pressure_map.load == pytest.approx(1e3 * MAT.sum() * DX * DY, rel=1e-3)
+
+
+def test_points_without_units_of_length_need_the_size(tmp_path):
+    text = rows(POINTS, " ")
+    size = {"length": 9 * DX, "width": 7 * DY, "pressure_unit": "kPa"}
+    check(read(tmp_path, text, **size))
+    with pytest.raises(SceneError, match="--length and --width are missing"):
+        read(tmp_path, text, pressure_unit="kPa")
+    with pytest.raises(SceneError, match="points x and y with a .kPa., b .kPa.; allowed: one"):
+        read(tmp_path, "x_mm,y_mm,a (kPa),b (kPa)\n" + rows(np.c_[POINTS, POINTS[:, 2]]))
+    with pytest.raises(SceneError, match="has several points at one place"):
+        read(tmp_path, "x_mm,y_mm,p_kPa\n" + rows(POINTS[[*range(20), 3]]))
+
+
+def test_scattered_nodes_carry_the_load_of_their_pressure(tmp_path):
+    """A paraboloid of 2.5 bar over an ellipse of half axes 100 and 70 mm: half of peak and area."""
+    x, y = np.random.default_rng(3).uniform(-1.2, 1.2, (2, 4000))
+    p = 250.0 * np.maximum(0.0, 1.0 - x**2 - y**2)
+    nodes = np.column_stack([100.0 * x, 70.0 * y, p])
+    found = read(tmp_path, "x (mm),y (mm),CPRESS (kPa)\n" + rows(nodes, form=".9g"))
+    assert found.pressure_map.load == pytest.approx(0.5 * 250e3 * np.pi * 0.1 * 0.07, rel=5e-3)
+    assert "4000 scattered points" in found.notes[0] and "grooves narrower than" in found.notes[0]
+
+
+def test_a_wide_groove_between_scattered_nodes_stays_open(tmp_path):
+    x, y = np.random.default_rng(3).uniform(0.0, 100.0, (2, 4000))
+    nodes = np.column_stack([x, y, np.full_like(x, 200.0)])[np.abs(x - 50.0) > 8.0]
+    found = read(tmp_path, "x (mm),y (mm),p (kPa)\n" + rows(nodes, form=".9g"))
+    open_columns = ~found.pressure_map.contact.any(axis=0)
+    assert open_columns.sum() * found.pressure_map.dx == pytest.approx(0.016, abs=4e-3)
+
+
+# --- sensors
+
+XSENSOR = """\
+File:,tyre.xsn
+Frame:,{0}
+Date:,2020-03-0{0}
+Time:,10:01:01.003
+Sensor:,IX500:256.256.16
+Rows:,7
+Columns:,9
+Sensel Width (cm):,1.2
+Sensel Height (cm):,0.8
+Average Pressure ({1}):,3.82
+Peak Pressure ({1}):,12.50
+COP Row:,7.50
+{2}
+"""
+
+
+UNITS = {"N/cm2": 10.0, "kgf/cm²": 98.0665, "mmHg": 0.133322, "psi": 6.894757}
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_several_frames_with_heads_of_their_own(unit, tmp_path):
+    frames = [rows(part * MAT / UNITS[unit]) for part in (0.3, 1.0, 0.5)]
+    text = "".join(XSENSOR.format(n, unit, frame) for n, frame in enumerate(frames, start=1))
+    found = check(read(tmp_path, text))
+    assert "frame 2 of 3 is read, that of the largest force" in found.notes[0]
+    first = read(tmp_path, text, frame="1").pressure_map
+    assert first.pressure.max() == pytest.approx(0.3e3 * MAT.max(), rel=1e-3)
+    with pytest.raises(SceneError, match="frame 3 has 6 rows of 9; its head says 7 of 9"):
+        read(tmp_path, text.rstrip().rpartition("\n")[0])
