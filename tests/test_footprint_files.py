@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from iceslide_fem.preprocess.footprint.case import FootprintCase
 from iceslide_fem.preprocess.footprint.reading import read_footprint
@@ -132,6 +133,67 @@ def test_a_wide_groove_between_scattered_nodes_stays_open(tmp_path):
     found = read(tmp_path, "x (mm),y (mm),p (kPa)\n" + rows(nodes, form=".9g"))
     open_columns = ~found.pressure_map.contact.any(axis=0)
     assert open_columns.sum() * found.pressure_map.dx == pytest.approx(0.016, abs=4e-3)
+
+
+# --- pixels at the end of the scale
+
+
+def test_saturated_sensors_are_said_and_refused_where_they_are_all_there_is(tmp_path):
+    head = f"DATA_TYPE MOVIE\nROW_SPACING {DY} m\nCOL_SPACING {DX} m\nUNITS kPa\n"
+    head += "SATURATION_PRESSURE {} KPa\nASCII_DATA @@\n\nFrame 1\n"
+
+    def cut(limit, **values):
+        text = head.format(limit) + rows(np.minimum(MAT, limit))
+        return read(tmp_path, text, **values).notes[1:]
+
+    part = np.mean(MAT[MAT > 0.0] >= 120.0)
+    (note,) = cut(120)
+    assert f"has {part:.0%} of the pixels in contact at the pressure at which its sensors" in note
+    assert "mu too high by the same factor, 1.1 to 1.9" in note and "1.2 bar" in note
+    (note,) = cut(120, load="900N")
+    assert "mu is off by up to 5%" in note
+    assert cut(300) == ()
+    with pytest.raises(SceneError, match="not how hard; --load says what it carries"):
+        cut(10)
+
+
+def test_a_largest_value_that_many_pixels_have_is_said_wherever_it_comes_from(tmp_path):
+    size = {"length": 9 * DX, "width": 7 * DY}
+    for values, said in (
+        (MAT, False),
+        (np.minimum(MAT, 150.0), True),
+        (np.full((7, 9), 200.0), False),
+    ):
+        notes = read(tmp_path, "p (kPa)\n" + rows(values), **size).notes
+        assert any("at its largest pressure" in note for note in notes) == said
+    for high, said in ((260.0, False), (150.0, True)):
+        grey = np.rint(255.0 * np.minimum(MAT / high, 1.0)).astype(np.uint8)
+        Image.fromarray(np.kron(grey, np.ones((8, 8), np.uint8))).save(tmp_path / "a.png")
+        picture = {
+            "image": str(tmp_path / "a.png"),
+            "max_pressure": f"{high} kPa",
+            "dark_is": "low",
+        }
+        notes = read_footprint(FootprintCase.of(picture | size)).notes
+        assert any("at the end of its colour scale, 1.5 bar" in note for note in notes) == said
+
+
+def test_mu_of_a_cut_footprint_is_too_high_by_the_load_that_is_missing(tmp_path):
+    """And nearly right at the true load."""
+    size = {"length": "200mm", "width": "100mm"}
+    x = np.linspace(-1.0, 1.0, 40)
+    whole = np.tile(2.5e5 * np.exp(-3.0 * x**2), (2, 1))
+    np.save(tmp_path / "whole.npy", whole)
+    np.save(tmp_path / "cut.npy", np.minimum(whole, np.median(whole)))
+
+    def found(name, **values):
+        case = FootprintCase.of({"pressure_map": str(tmp_path / f"{name}.npy"), **size, **values})
+        result = survey(case, read_footprint(case))
+        return result.mu_mean, result.read.pressure_map.load
+
+    (mu, load), (cut, left) = found("whole"), found("cut")
+    assert cut / mu == pytest.approx(load / left, rel=0.05) and cut > 1.2 * mu
+    assert found("cut", load=load)[0] == pytest.approx(mu, rel=0.05)
 
 
 # --- sensors

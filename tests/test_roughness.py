@@ -9,6 +9,7 @@ from scipy.ndimage import gaussian_filter
 from scipy.sparse import csr_array, diags
 from scipy.sparse.linalg import spsolve
 
+from iceslide_fem.preprocess.roughness.doubts import wave_doubts
 from iceslide_fem.preprocess.roughness.generate import SurfaceSpec, generate
 from iceslide_fem.preprocess.roughness.half_space import press
 from iceslide_fem.preprocess.roughness.parameters import (
@@ -371,3 +372,24 @@ def test_short_waves_are_removed():
     assert (ring.density[ring.q > 2 * pi / 69e-6] < 1e-9 * ring.density.max()).all()
     assert statistics(smooth).rms_slope < 0.75 * statistics(surface).rms_slope
     assert low_passed(surface, 35e-6).heights == pytest.approx(surface.heights, abs=1e-15)
+
+
+def test_maps_too_short_or_too_coarse_for_their_roll_off_are_said():
+    """Half of a roll-off long, H_V is a third too small; without its shorter waves k is double."""
+    spec = SurfaceSpec(rms_height=5e-6, hurst=0.8, rolloff=1e-4, shortest_wave=1.6e-5, size=8e-4,
+                       pixels=256)  # fmt: skip
+    whole = generate(spec)
+
+    def doubts(surface, wave):
+        return wave_doubts(spectrum_fit(spectrum(surface), wave), wave, surface.size)
+
+    short = levelled(Surface(whole.heights[:16, :16], whole.pixel, periodic=False))
+    coarse = low_passed(whole, 1e-4)
+    assert doubts(whole, 1.6e-5) == []
+    assert any("of the map's side, so longer waves are missing" in said
+               for said in doubts(short, 1.6e-5))  # fmt: skip
+    assert any("the shortest wave kept is" in said for said in doubts(coarse, 1e-4))
+    true, small, smooth = (
+        parameters(each, 4e6, np.array([1e5])) for each in (whole, short, coarse)
+    )
+    assert small.H_V[0] < 0.8 * true.H_V[0] and smooth.k[0] > 2.5 * true.k[0]

@@ -22,6 +22,7 @@ from scripts.studies import (
     friction_drum,
     ice_layers,
     peers_calculix,
+    poor_maps,
     sensitivity,
     sliding_cost,
 )
@@ -444,6 +445,21 @@ def test_braking_is_shorter_with_control(tmp_path):
     distance = {row[0]: float(row[1]) for row in rows if row[0] in ("locked", "threshold", "ideal")}
     assert distance["ideal"] < distance["threshold"] < distance["locked"] < 150.0
     assert (tmp_path / "braking.png").is_file()
+
+
+def test_poor_maps_are_poor(monkeypatch):
+    monkeypatch.setattr(poor_maps, "CUT", (0.5,))
+    for name, _, *changes in poor_maps.saturated():
+        load, mu, loaded = map(float, changes)
+        assert load < -5.0 and mu > 5.0 and abs(loaded) < 5.0, name
+    smaller = poor_maps.SPEC.model_copy(update={"pixels": 256, "size": 8e-4})
+    monkeypatch.setattr(poor_maps, "SPEC", smaller)
+    monkeypatch.setattr(poor_maps, "SIDES", (0.5,))
+    monkeypatch.setattr(poor_maps, "MISSING", (0.15,))
+    changes = {name: tuple(map(float, row)) for name, *row in poor_maps.surfaces(1)}
+    assert changes["0.5 roll-offs long"][2] < -20.0
+    assert changes["waves down to 1 roll-offs"][0] > 99.0
+    assert changes["15 % missing at random, written as 0"][2] < -10.0
 
 
 def test_footprint_findings_know_both_models(monkeypatch, capsys):

@@ -7,6 +7,7 @@ import pytest
 
 from iceslide_fem.preprocess.roughness.case import RoughnessCase
 from iceslide_fem.preprocess.roughness.read import read_surface
+from iceslide_fem.preprocess.roughness.surface import levelled
 from iceslide_fem.preprocess.roughness.survey import summary, survey
 from iceslide_fem.runtime.errors import SceneError
 
@@ -141,8 +142,37 @@ def test_a_number_that_marks_missing_heights_is_no_height(mark, tmp_path):
         cells[row] = mark
         text[row] = "\t".join(cells)
     (tmp_path / "a.txt").write_text("\n".join(text))
-    with pytest.raises(SceneError, match="far from all others: if it marks missing ones, leave"):
-        read_surface(tmp_path / "a.txt", SIDE, 1e-6)
+    found = read_surface(tmp_path / "a.txt", SIDE, 1e-6)
+    assert np.isnan(found.heights).sum() == 2
+    assert "0.46% of its heights are exactly" in found.notes[0]
+    assert "far from all others: they are taken for missing ones" in found.notes[0]
+
+
+@pytest.mark.parametrize("mark", [0.0, 2e-6])
+def test_missing_heights_that_have_a_value_of_heights_are_told_by_their_neighbours(mark, tmp_path):
+    fine = np.sin(0.05 * np.arange(200) + 0.3) * np.cos(0.07 * np.arange(150))[:, None] * 3e-6
+    lost = np.random.default_rng(2).random(fine.shape) < 0.06
+    np.save(tmp_path / "a.npy", np.where(lost, mark, fine))
+    found = read_surface(tmp_path / "a.npy", SIDE, None)
+    assert (np.isnan(found.heights) == lost).all()
+    assert "apart from those beside them: they are taken for missing ones" in found.notes[0]
+    filled = levelled(found)
+    assert "of its heights are missing and filled" in filled.notes[-1]
+    np.save(
+        tmp_path / "b.npy", np.where(np.random.default_rng(3).random(fine.shape) < 0.15, mark, fine)
+    )
+    with pytest.raises(SceneError, match="of the map's heights are missing; allowed: up to 10%"):
+        levelled(read_surface(tmp_path / "b.npy", SIDE, None))
+
+
+def test_flat_places_and_steps_of_the_instrument_are_heights(tmp_path):
+    fine = np.sin(0.05 * np.arange(200) + 0.3) * np.cos(0.07 * np.arange(150))[:, None] * 3e-6
+    np.save(tmp_path / "cut.npy", np.minimum(fine, 1e-6))
+    cut = read_surface(tmp_path / "cut.npy", SIDE, None)
+    assert np.isfinite(cut.heights).all() and "are the same, 1 um, and flat places" in cut.notes[0]
+    np.save(tmp_path / "steps.npy", np.round(fine / 5e-8) * 5e-8)
+    steps = read_surface(tmp_path / "steps.npy", SIDE, None)
+    assert np.isfinite(steps.heights).all() and steps.notes == ()
 
 
 def x3p(path, heights, sides, folder="", kind="D", link="bindata/data.bin"):

@@ -26,6 +26,7 @@ from iceslide_fem.preprocess.footprint.picture import (
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap, pressure_from_values
 from iceslide_fem.preprocess.footprint.pressures import HIGHEST, check_pressures
 from iceslide_fem.preprocess.footprint.profile import read_profile
+from iceslide_fem.preprocess.footprint.saturation import saturation
 from iceslide_fem.preprocess.footprint.source_options import SourceOptions
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.runtime.errors import SceneError
@@ -126,7 +127,9 @@ def _read_picture(case: SourceOptions) -> ReadFootprint:
     ends = case.min_pressure, case.max_pressure
     size = case.length, case.width
     footprint = pressure_from_values(value, *ends, case.lowest_pressure, size)
-    return ReadFootprint(footprint, reading.distance[::-1], reading.unclear[::-1])
+    said, loaded = f"the picture {case.image}", case.load is not None
+    notes = saturation(footprint.pressure, said, case.max_pressure, True, loaded)
+    return ReadFootprint(footprint, reading.distance[::-1], reading.unclear[::-1], notes=notes)
 
 
 def _read_map(case: SourceOptions) -> ReadFootprint:
@@ -146,7 +149,9 @@ def _read_map(case: SourceOptions) -> ReadFootprint:
     pressure = _touching(given.values[::-1], case)
     rows, columns = pressure.shape
     footprint = PressureMap(pressure, length / columns, width / rows)
-    return ReadFootprint(footprint, notes=given.notes)
+    source, loaded = f"--pressure-map {case.pressure_map}", case.load is not None
+    notes = saturation(pressure, source, given.saturation, False, loaded)
+    return ReadFootprint(footprint, notes=given.notes + notes)
 
 
 def _touching(pressure: Array, case: SourceOptions) -> Array:

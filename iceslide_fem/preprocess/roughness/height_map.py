@@ -8,12 +8,14 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import distance_transform_edt
 
-from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.runtime.errors import SceneError
 
 SQUARE = 1e-3  # relative difference of a pixel's sides
 LONGEST = 10.0  # largest ratio of sides that is resampled to squares
-FAR = 100.0  # distance of a missing-value mark from all other heights, in ranges of these
+# Of a value that marks missing heights: distance from all others, in ranges of these; or least
+# fraction, least multiple of the next frequent value, and least step to its neighbours over others.
+FAR, FREQUENT, MORE, STEEP = 3.0, 0.01, 10, 3.0
 
 
 class HeightMap(NamedTuple):
@@ -59,19 +61,58 @@ def squared(given: HeightMap, said: str) -> HeightMap:
     return HeightMap(heights, (fine, fine), (*given.notes, note))
 
 
-def check_heights(heights: Array, said: str) -> None:
-    """Raise SceneError if heights are infinite, all missing, or contain a missing-value mark."""
+def without_marks(given: HeightMap, said: str) -> HeightMap:
+    """The map with one value that marks missing heights replaced by NaN, and a note on it.
+
+    Such a value is far from all others, or it is frequent and stands apart from the heights beside
+    it. A frequent value that continues its neighbours is a flat place, and kept with a note. Raises
+    SceneError if heights are infinite or all missing.
+    """
+    heights = given.heights
     if np.isinf(heights).any() or not np.isfinite(heights).any():
         raise SceneError(f"{said} has heights that are infinite, or none at all")
-    finite = heights[np.isfinite(heights)]
-    for extreme in (float(finite.min()), float(finite.max())):
-        others = finite[finite != extreme]
-        count = finite.size - others.size
-        if count < 2 or others.size < 2 or not np.ptp(others) > 0.0:
-            continue
-        outside = min(abs(extreme - float(others.min())), abs(extreme - float(others.max())))
-        if outside > FAR * float(np.ptp(others)):
-            raise SceneError(
-                f"{said} has the height {extreme:.6g} m at {count} places, far from all others: if "
-                "it marks missing ones, leave those empty, or write NaN"
-            )
+    values, counts = np.unique(heights[np.isfinite(heights)], return_counts=True)
+    if values.size < 4:
+        return given
+    number = counts.sum()
+    for at, others in ((0, values[1:]), (-1, values[:-1])):
+        far = abs(values[at] - others[0 if at == 0 else -1]) > FAR * np.ptp(others)
+        if counts[at] > 1 and far:
+            return _marked(given, float(values[at]), counts[at] / number, "far from all others")
+    second, most = np.sort(counts)[-2:]
+    value, fraction = float(values[counts.argmax()]), most / number
+    if fraction < FREQUENT or most < MORE * second:
+        return given
+    if _jump(heights, heights == value) > STEEP:
+        return _marked(given, value, fraction, "apart from those beside them")
+    note = (
+        f"{fraction:.1%} of its heights are the same, {1e6 * value:.5g} um, and flat places: if "
+        "these are missing heights or the end of the instrument's range, k, D and H_V are wrong"
+    )
+    return given._replace(notes=(*given.notes, note))
+
+
+def _marked(given: HeightMap, value: float, fraction: float, where: str) -> HeightMap:
+    heights = np.where(given.heights == value, np.nan, given.heights)
+    note = (
+        f"{fraction:.2%} of its heights are exactly {value:.6g} m, {where}: they are taken for "
+        "missing ones"
+    )
+    return given._replace(heights=heights, notes=(*given.notes, note))
+
+
+def _jump(heights: Array, same: Mask) -> float:
+    """Median step at the rim of the pixels `same`, over that between other neighbours."""
+    at_rim, elsewhere = [], []
+    for axis in (0, 1):
+        steps = np.abs(np.diff(heights, axis=axis))
+        inside = np.diff(same.astype(np.int8), axis=axis)
+        at_rim.append(steps[(inside != 0) & np.isfinite(steps)])
+        both = same.take(range(1, same.shape[axis]), axis) | same.take(
+            range(same.shape[axis] - 1), axis
+        )
+        elsewhere.append(steps[~both & np.isfinite(steps)])
+    rim, usual = np.concatenate(at_rim), np.concatenate(elsewhere)
+    if rim.size == 0 or usual.size == 0:
+        return 0.0
+    return float(np.median(rim) / max(float(np.median(usual)), 1e-300))

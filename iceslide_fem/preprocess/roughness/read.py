@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from iceslide_fem.preprocess.roughness.height_map import SQUARE, HeightMap, check_heights, squared
+from iceslide_fem.preprocess.roughness.height_map import SQUARE, HeightMap, squared, without_marks
 from iceslide_fem.preprocess.roughness.instrument_binary import (
     read_metropro,
     read_sensofar,
@@ -47,7 +47,7 @@ def read_surface(path: Path, pixel: float | None, height_unit: float | None) -> 
             found = _read(path, suffix, height_unit)
     except OSError as error:
         raise SceneError(f"cannot read {path}: {error.strerror or error}") from None
-    check_heights(found.heights, str(path))
+    found = without_marks(found, str(path))
     sides = found.sides
     if sides is None:
         if pixel is None:

@@ -9,11 +9,13 @@ import numpy as np
 
 from iceslide_fem.preprocess.roughness.case import RoughnessCase
 from iceslide_fem.preprocess.roughness.creep import hold
+from iceslide_fem.preprocess.roughness.doubts import NEARLY_FULL, slope_doubts, wave_doubts
 from iceslide_fem.preprocess.roughness.half_space import TOLERANCE, Contact, press
 from iceslide_fem.preprocess.roughness.material import Material, material
 from iceslide_fem.preprocess.roughness.parameters import Definition, Parameters, measure
 from iceslide_fem.preprocess.roughness.prepare import prepared
 from iceslide_fem.preprocess.roughness.surface import (
+    SpectrumFit,
     Statistics,
     Surface,
     spectrum,
@@ -24,10 +26,8 @@ from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.materials import BAR
 
-STEEP = 0.6  # rms slope above which the half-space is inaccurate
 # Allowed rms slopes: from 6e-4 degrees to 84 degrees.
 FLATTEST, STEEPEST = 1e-5, 10.0
-NEARLY_FULL = 0.9  # fraction of contact
 COLUMNS = (
     "pressure_Pa",
     *("k", "D_m", "H_V_m"),
@@ -205,20 +205,17 @@ def summary(result: Survey) -> dict[str, Any]:
         "ages_s": [*case.rising_ages],
         "definition": case.definition,
         "realisations": len(result.statistics),
-        "warnings": warnings(result),
+        "warnings": warnings(result, fit),
         "case": case.model_dump(mode="json"),
     }
 
 
-def warnings(result: Survey) -> list[str]:
-    """Warnings on the use of the table."""
-    slope = max(each.rms_slope for each in result.statistics)
-    found = [f"{result.case.surface.name}: {note}" for note in result.surface.notes]
-    if slope > STEEP:
-        found.append(
-            f"the rms slope is {slope:.2f}: above {STEEP:g} rubber is strained too much for the "
-            "elastic half-space"
-        )
+def warnings(result: Survey, fit: SpectrumFit | None) -> list[str]:
+    """Warnings on the use of the table; fit: of the surface's spectrum."""
+    surface = result.surface
+    found = [f"{result.case.surface.name}: {note}" for note in surface.notes]
+    found += wave_doubts(fit, result.cut_off, surface.size)
+    found += slope_doubts(max(each.rms_slope for each in result.statistics))
     full = np.array(result.case.pressures)[result.mean.k > NEARLY_FULL]
     if full.size:
         found.append(
