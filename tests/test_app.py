@@ -204,20 +204,20 @@ def test_a_map_is_of_the_water_and_the_ice_of_its_curves():
 
 @pytest.mark.quick
 def test_dry_contact_along_a_line_is_that_of_its_lines_and_its_command():
-    texts = {"film_law": "yes", "slip": "1", "dry_stress": "2 bar", "initial_height": "0 nm"}
+    texts = {"slip": "1", "dry_stress": "2 bar", "initial_height": "0 nm"}
     texts["ice_temperature"] = "-20 degC"
     for given in (texts, texts | {"dry_stress": "0", "initial_height": "1000 nm"}):
         answer = line.curves(given)
         found: dict = {}
         exec(answer["python"], found)
         film = found["film"]
-        assert answer["numbers"]["film_mu"] == film.shear.sum() / found["pressure"].sum()
+        assert answer["numbers"]["mu_mean"] == film.shear.sum() / found["pressure"].sum()
         words = shlex.split(answer["command"].replace("\\\n", " "))[2:]
         names = (word.removeprefix("--").replace("-", "_") for word in words[::2])
         case = FootprintCase.of(dict(zip(names, words[1::2], strict=True)))
         asked = line_case.LineCase.of(given)
         assert case.dry_shear == asked.dry_shear and case.initial_height == asked.initial_height
-    slow = {"film_law": "yes", "slip": "1e-3", "ice_temperature": "-20 degC"}
+    slow = {"slip": "1e-3", "ice_temperature": "-20 degC"}
     for more, doubted in (({}, True), ({"dry_stress": "2 bar"}, False)):
         notes = line.curves(slow | more)["notes"]
         assert any("does not melt" in note for note in notes) == doubted
@@ -340,28 +340,35 @@ def test_a_table_of_ones_own(tmp_path, served):
 
 @pytest.mark.quick
 def test_the_line_is_that_of_the_library(served):
-    status, answer = served.ask("line", texts={"slip": "2e-5", "ice_temperature": "-6 degC"})
+    texts = {"slip": "2e-5", "ice_temperature": "-6 degC", "source": "next pixel"}
+    status, answer = served.ask("line", texts=texts | {"thesis_balance": "yes"})
     x, pressure = gaussian_profile(0.18, 4e5, line_case.POINTS, 0.03)
     expected = macroscopic_line(
         pressure, x[1] - x[0], Macroscopic(slip=2e-5, ice_temperature=267.15)
     )
-    assert status == 200 and np.allclose(answer["series"]["mu"], expected.mu, rtol=1e-12)
-    assert np.allclose(answer["series"]["flux"], expected.flux, rtol=1e-12)
+    assert status == 200 and np.allclose(answer["series"]["model_mu"], expected.mu, rtol=1e-12)
+    assert np.allclose(answer["series"]["model_flux"], expected.flux, rtol=1e-12)
     found: dict = {}
     exec(answer["python"], found)
     assert np.allclose(found["line"].mu, expected.mu, rtol=1e-12)
 
 
-def test_friction_of_the_printed_slip_is_in_doubt():
-    (note,) = line.curves({})["notes"]
-    assert "mu by (4.7) to (4.9) is 35" in note and "p V S = 5 " in note
-    assert line.curves({"slip": "0.5", "source": "moving"})["notes"] == []
+def test_friction_of_the_printed_slip_is_in_doubt_and_shown_if_asked_for():
+    """The page begins with the film law, and says no friction that nothing has."""
+    untouched = line.curves({})
+    assert untouched["notes"] == [] and 0.02 < untouched["numbers"]["mu_mean"] < 0.5
+    assert set(untouched["numbers"]) == {"mu_mean", "leading", "trailing"}
+    assert not any("model" in name for name in untouched["series"])
+    printed = {"thesis_balance": "yes", "slip": "1e-5", "source": "next pixel"}
+    assert any("mu by (4.7) to (4.9) is 35" in note for note in line.curves(printed)["notes"])
 
 
-def test_sliders_of_the_line_begin_with_the_model_as_printed():
+def test_sliders_of_the_line_begin_with_the_data_as_printed():
     texts = {slider.key: slider.text(slider.start) for slider in line.SLIDERS}
     texts.pop("air_temperature")  # empty at first: that of the ice
-    assert line_case.LineCase.of(texts).parameters == Macroscopic(effusivity=TABLE_1_ICE.effusivity)
+    assert line_case.LineCase.of(texts).parameters == Macroscopic(
+        slip=1.0, source="moving", effusivity=TABLE_1_ICE.effusivity
+    )
     assert line_case.LineCase.of(texts) == line_case.LineCase()
 
 
@@ -371,7 +378,9 @@ def test_every_slider_of_the_line_changes_it():
     for slider in line.SLIDERS:
         texts = dict(boxes, profile="picture") if slider.key in line.OF_PICTURE else {}
         if slider.key in line.OF_FILM:
-            texts = {"film_law": "yes", "slip": "1", "dry_stress": "2 bar"}
+            texts = {"slip": "1", "dry_stress": "2 bar"}
+        else:
+            texts |= {"thesis_balance": "yes", "source": "next pixel"}
         if slider.key == "water_conductivity":
             texts |= {"ice_temperature": "-1 degC"}
         before, after = (
@@ -396,33 +405,38 @@ def test_the_command_of_a_line_computes_the_line(profile, source, tmp_path):
     }[profile]
     slip = "0.3" if source == "moving" else "2e-5"
     texts |= {"profile": profile, "source": source, "slip": slip, "ice_density": "900"}
+    texts |= {"thesis_balance": "yes"}
     texts |= {"air_temperature": "-10 degC", "tread_conductivity": "0.3", "time": "2 s"}
     answer = line.curves(texts)
     words = shlex.split(answer["command"].replace("\\\n", ""))[2:]
+    words.remove("--thesis-balance")
     given = {"image": words.pop(0)} if profile == "picture" else {}
+    given["thesis_balance"] = True
     names = (word.removeprefix("--").replace("-", "_") for word in words[::2])
     case = FootprintCase.of(given | dict(zip(names, words[1::2], strict=True)))
     parameters = case.moving if source == "moving" else case.thesis
     read = read_footprint(case).pressure_map
     model = heat_model(read, parameters)
-    assert answer["series"]["mu"] == model.mu[0].tolist()
+    assert answer["series"]["model_mu"] == model.mu[0].tolist()
 
 
 def test_lines_of_python_of_a_row_of_a_picture():
     picture = str(CASES.parent / "docs" / "pictures" / "footprint_picture.jpg")
     texts = {"profile": "picture", "image": picture, "crop": "0,0,540,420", "row": "0.5"}
-    answer, found = line.curves(texts | {"legend": "556,42,583,378"}), {}
+    texts |= {"thesis_balance": "yes", "legend": "556,42,583,378"}
+    answer, found = line.curves(texts), {}
     exec(answer["python"], found)
     assert np.allclose(np.array(answer["series"]["pressure"]) * 1e5, found["line"].pressure)
-    assert np.allclose(answer["series"]["mu"], found["line"].mu)
+    assert np.allclose(answer["series"]["model_mu"], found["line"].mu)
 
 
 def test_lines_of_python_of_a_profile_in_a_file(tmp_path):
     (tmp_path / "line.csv").write_text("cell_mm,pressure_bar\n1,0\n3,2\n5,3\n7,1\n")
-    answer, found = line.curves({"profile": "file", "file": str(tmp_path / "line.csv")}), {}
+    texts = {"profile": "file", "file": str(tmp_path / "line.csv"), "thesis_balance": "yes"}
+    answer, found = line.curves(texts), {}
     exec(answer["python"], found)
     assert answer["series"]["pressure"] == [0.0, 2.0, 3.0, 1.0]
-    assert np.allclose(answer["series"]["mu"], found["line"].mu)
+    assert np.allclose(answer["series"]["model_mu"], found["line"].mu)
 
 
 @pytest.mark.parametrize(

@@ -173,15 +173,14 @@ def test_without_the_token_the_browser_shows_what_to_do(served, open_page):
 
 
 def test_every_slider_of_the_line_redraws_what_the_library_computes(served, open_page):
-    page = opened(open_page, served, "#tab=line&film_law=yes")
+    page = opened(open_page, served, "#tab=line&thesis_balance=yes")
     wait_drawn(page, count="lines")
     picture = dict(profile="picture", image=PICTURE, legend="556,42,583,378", crop="0,0,540,420")
     for profile in ({}, picture):
         if profile:
             before = drawn(page, "lines")
-            page.evaluate(
-                "state => { location.hash = state; }", urlencode({"tab": "line"} | profile)
-            )
+            state = {"tab": "line", "thesis_balance": "yes"} | profile
+            page.evaluate("state => { location.hash = state; }", urlencode(state))
             wait_drawn(page, before, "lines")
         moved = [
             slider.key

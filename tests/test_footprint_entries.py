@@ -30,7 +30,8 @@ def iceslide(*arguments):
 
 
 def surveyed(**values):
-    case = FootprintCase.of(values)
+    """With the thesis's balance."""
+    case = FootprintCase.of({"thesis_balance": True, **values})
     return survey(case, read_footprint(case))
 
 
@@ -53,11 +54,11 @@ def test_a_line_is_the_map_that_is_constant_across(files):
     line = surveyed(line=str(files / "line.csv"))
     whole = surveyed(pressure_map=str(files / "map.npy"), **SIZE)
     row = surveyed(pressure_map=str(files / "map.npy"), row=ROWS - 1, **SIZE)
-    for name in ("thesis", "moving"):
+    for name in ("thesis", "moving_source"):
         for part in ("flux", "rise", "temperature", "state", "mu"):
-            expected = getattr(getattr(line, name), part)
+            expected = getattr(line.models[name], part)
             for other, count in ((whole, ROWS), (row, 1)):
-                values = getattr(getattr(other, name), part)
+                values = getattr(other.models[name], part)
                 assert values == pytest.approx(np.tile(expected, (count, 1)), rel=1e-9, abs=1e-12)
     assert whole.film.shear == pytest.approx(np.tile(line.film.shear, (ROWS, 1)), rel=1e-9)
     figures = summary(line)
@@ -70,12 +71,12 @@ def test_temperatures_of_module_2_entered_as_ones_own_give_its_friction(files):
     own = surveyed(
         pressure_map=str(files / "map.npy"), temperature_map=str(files / "celsius.txt"), **SIZE
     )
-    assert own.given is not None
-    assert own.given.mu == pytest.approx(own.moving.mu, rel=1e-6, abs=1e-9)
-    assert own.given.balance == pytest.approx(own.moving.balance, rel=1e-9)
+    given, moving = own.models["given"], own.models["moving_source"]
+    assert given.mu == pytest.approx(moving.mu, rel=1e-6, abs=1e-9)
+    assert given.balance == pytest.approx(moving.balance, rel=1e-9)
     figures = summary(own)["given"]
     assert figures["trailing_edge_temperature_C"] > figures["leading_edge_temperature_C"]
-    edge = own.moving.temperature[0, [0, -1]] - 273.15
+    edge = moving.temperature[0, [0, -1]] - 273.15
     assert figures["trailing_edge_temperature_C"] == pytest.approx(edge[0])
     assert figures["leading_edge_temperature_C"] == pytest.approx(edge[1])
 
@@ -86,10 +87,15 @@ def test_states_of_ones_own_decide_module_3(files):
         surveyed(pressure_map=str(files / "map.npy"), state_map=str(files / name), **SIZE)
         for name in ("states.csv", "dry.csv")
     )
-    assert same.moving.mu == pytest.approx(plain.moving.mu)
+    assert same.models["moving_source"].mu == pytest.approx(plain.models["moving_source"].mu)
     assert summary(dry)["moving_source"]["dry_share"] == 1.0
-    expected = (0.19 + 2.22) / 1e-4 * plain.moving.rise.mean() / plain.moving.power
-    assert dry.moving.balance.mu == pytest.approx(expected)
+    expected = (
+        (0.19 + 2.22)
+        / 1e-4
+        * plain.models["moving_source"].rise.mean()
+        / plain.models["moving_source"].power
+    )
+    assert dry.models["moving_source"].balance.mu == pytest.approx(expected)
     assert dry.film.shear == pytest.approx(plain.film.shear)
 
 
@@ -140,6 +146,7 @@ def test_a_map_of_temperatures_has_some(tmp_path):
     (tmp_path / "p").write_text("1e5 2e5\n")
     (tmp_path / "t").write_text("nan nan\n")
     maps = {"pressure_map": str(tmp_path / "p"), "temperature_map": str(tmp_path / "t")}
+    maps["thesis_balance"] = True
     with pytest.raises(SceneError, match="has no temperature in it"):
         read_footprint(FootprintCase.of({**maps, **SIZE}))
 
@@ -162,7 +169,18 @@ def test_columns_of_a_profile_are_the_entries_of_its_modules(tmp_path):
     text = "cell_m,pressure_Pa,temperature_C,state\n0.001,0,5,0\n0.002,2e5,-1,2\n0.003,1e5,-3,1\n"
     (tmp_path / "own.csv").write_text(text)
     out = tmp_path / "out"
-    assert iceslide("footprint", "--line", tmp_path / "own.csv", "--out", out, "--no-report") == 0
+    assert (
+        iceslide(
+            "footprint",
+            "--line",
+            tmp_path / "own.csv",
+            "--thesis-balance",
+            "--out",
+            out,
+            "--no-report",
+        )
+        == 0
+    )
     with open(out / "line.csv", newline="") as file:
         table = list(csv.DictReader(file))
     assert [float(row["temperature_given_C"]) for row in table] == pytest.approx([-4.0, -1.0, -3.0])
@@ -181,6 +199,7 @@ def test_options_of_the_macroscopic_model_reach_it(files):
     case = FootprintCase.of(
         {
             "line": str(files / "line.csv"),
+            "thesis_balance": True,
             "air_temperature": "2degC",
             "ice_material": "3,900,1000",
             "tread_material": "0.3,1000,2000",
@@ -271,6 +290,7 @@ def test_temperatures_may_be_in_kelvin(tmp_path):
     (tmp_path / "p").write_text("2e5 3e5\n")
     (tmp_path / "t").write_text("# temperature [K]\n270.15;271,5\n".replace("270.15", "270,15"))
     maps = {"pressure_map": str(tmp_path / "p"), "temperature_map": str(tmp_path / "t")}
+    maps["thesis_balance"] = True
     read = read_footprint(FootprintCase.of({**maps, **SIZE}))
     assert read.temperature == pytest.approx(np.array([[270.15, 271.5]]))
 
@@ -351,6 +371,7 @@ def test_a_friction_that_no_rubber_has_is_refused(tmp_path, monkeypatch, capsys)
     assert not (tmp_path / "out").exists()
 
 
+BALANCE = ["--thesis-balance"]
 LINE, PIXELS = "x_m,pressure_Pa\n0,1e5\n1e-3,2e5\n", ["--length", "180mm", "--width", "100mm"]
 
 
@@ -387,18 +408,32 @@ LINE, PIXELS = "x_m,pressure_Pa\n0,1e5\n1e-3,2e5\n", ["--length", "180mm", "--wi
         ("1e5 2e5\n", ["--pressure-map", "f", *PIXELS, "--legend", "0,0,9,9"], "does not fit"),
         ("1e5 2e5\n", ["--pressure-map", "f", *PIXELS, "--row", "1"], "has rows 0 to 0"),
         ("1e5 2e5\n", ["--pressure-map", "f", *PIXELS, "--threshold", "3e5"], "no pixel is in"),
-        ("1e5 2e5\n", ["--pressure-map", "f", *PIXELS, "--state-map", "f"], "other states"),
+        (
+            "1e5 2e5\n",
+            ["--pressure-map", "f", *PIXELS, "--state-map", "f", *BALANCE],
+            "other states",
+        ),
         (
             "9e5 9e5\n",
-            ["--pressure-map", "f", *PIXELS, "--temperature-map", "g"],
+            ["--pressure-map", "f", *PIXELS, "--temperature-map", "g", *BALANCE],
             "must be the same",
         ),
         ("1e5,0;2e5,0\n", ["--pressure-map", "f", *PIXELS], "is not a number"),
         ("1e5,0 2e5,0\n", ["--pressure-map", "f", *PIXELS], "is not a number"),
         ("1e5 2e5\n", ["--pressure-map", "f", *PIXELS, "--load", "1e6"], "allowed: 100 bar"),
         (LINE, ["--line", "f", "--threshold", "3e5"], "no pixel is in contact"),
+        (
+            LINE,
+            ["--line", "f", "--depth", "1mm"],
+            "--depth is of the thesis's balance; give --thesis",
+        ),
+        ("x_mm,pressure_bar,state\n0,1,1\n1,2,1\n", ["--line", "f"], "has temperatures or states"),
         (LINE, ["--gaussian", "5m,4bar,1mm"], "is less than a pixel, LENGTH / 540 = 9.26 mm"),
-        ("x_mm,pressure_bar,state\n0,9,0\n1,9,0\n", ["--line", "f"], "has no contact (0) where"),
+        (
+            "x_mm,pressure_bar,state\n0,9,0\n1,9,0\n",
+            ["--line", "f", *BALANCE],
+            "has no contact (0) where",
+        ),
     ],
 )
 def test_wrong_entries_are_a_sentence(text, arguments, words, tmp_path, monkeypatch, capsys):

@@ -65,7 +65,7 @@ def test_cells_reach_half_a_cell_beyond_their_middles(tmp_path):
 
 def test_states_and_temperatures_lie_on_the_same_points(tmp_path):
     text = "x_mm,pressure_bar,temperature_C,state\n0,0,-5,0\n60,2,-3,1\n120,2,-1,3\n180,0,0,0\n"
-    found = read(tmp_path, text, source="line")
+    found = read(tmp_path, text, source="line", thesis_balance=True)
     x = found.pressure_map.x
     assert found.temperature[0] - 273.15 == pytest.approx(np.interp(x, [0, 0.06, 0.12, 0.18],
                                                                     [-5, -3, -1, 0]))  # fmt: skip

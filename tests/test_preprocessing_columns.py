@@ -17,8 +17,18 @@ SLICK = ("--gaussian", "120mm,2bar,30mm", "--speed", "20km/h")
 SURFACE = ROOT / "cases" / "surfaces" / "compound_B.csv"
 DMA = ROOT / "cases" / "rubber" / "synthetic_dma.csv"
 ONE = ("--realisations", "1")
+LINE = (*SLICK, "--thesis-balance")
 TABLES = {
-    "line": ("line.csv", "footprint", *SLICK, "--water", "20um", "--contact", SURFACE),
+    "line": (
+        "line.csv",
+        "footprint",
+        *SLICK,
+        "--thesis-balance",
+        "--water",
+        "20um",
+        "--contact",
+        SURFACE,
+    ),
     "wheel": ("mu_slip.csv", "wheel", *SLICK, "--slip", "0:1:3"),
     "stops": ("stops.csv", "wheel", *SLICK, "--slip", "0:1:3", "--abs", "--end-speed", "18km/h"),
     "roughness": ("contact.csv", "roughness", "surface.toml", *ONE, "--pressures", "1bar:2bar:2"),

@@ -35,6 +35,7 @@ MAPS = {
     "melting": "melting",
     "saturated": "saturated",
     "state (0 none, 1 dry, 2 mixed, 3 wet)": "state",
+    "outside the table": "outside_table",
     "rise by (3.3) (K)": "rise_thesis_K",
     "mu by (4.7) to (4.9), (3.3)": "mu_thesis",
     "rise by the moving source (K)": "rise_moving_K",

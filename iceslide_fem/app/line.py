@@ -1,4 +1,4 @@
-"""The tab of the macroscopic line, 4.2 to 4.4 of the thesis: its fields and its curves."""
+"""The tab of a line along a footprint: film law, and the thesis's balance (4.2 to 4.4)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from iceslide_fem.app.line_case import LineCase
 from iceslide_fem.app.line_snippets import line_command, line_lines
 from iceslide_fem.film.doubts import doubts
 from iceslide_fem.preprocess.footprint.line import film_line, macroscopic_line
-from iceslide_fem.preprocess.footprint.macroscopic import State
+from iceslide_fem.preprocess.footprint.macroscopic import State, classify, edge_temperatures
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene.materials import BAR, CONTACT_TABLES, MELTING_TEMPERATURE
 
@@ -36,15 +36,17 @@ SLIDERS = (
     _slider("ice_density", "ice: density", "kg/m^3", 1.0, 500.0, 1000.0, False),
     _slider("ice_heat_capacity", "ice: heat capacity", "J/kg/K", 1.0, 1000.0, 4000.0, False),
     _slider("tread_conductivity", "tread: conductivity", "W/m/K", 1.0, 0.05, 1.0, False),
-    _slider("initial_height", "film law: first height", "nm", 1e-9, 5.0, 1000.0, zero=True),
-    _slider(
-        "dry_stress", "film law: stress of dry contact, or 0", "bar", BAR, 0.1, 20.0, zero=True
-    ),
+    _slider("initial_height", "first height of the film", "nm", 1e-9, 5.0, 1000.0, zero=True),
+    _slider("dry_stress", "stress of dry contact, or 0", "bar", BAR, 0.1, 20.0, zero=True),
     _slider("dry_softening", "dry contact: softens over", "K", 1.0, 0.5, 50.0),
     _slider("dry_residual", "dry contact: 0 above melting by", "K", 1.0, 0.0, 10.0, False),
     _slider("water_conductivity", "water: conductivity", "W/m/K", 1.0, 0.1, 2.0, False),
 )
 OF_FILM = ("initial_height", "dry_stress", "dry_softening", "dry_residual")
+OF_BALANCE = (
+    "source static_friction air_temperature depth ice_conductivity ice_density ice_heat_capacity "
+    "tread_conductivity water_conductivity"
+).split()
 OF_PICTURE = ("length", "image", "max_pressure", "legend", "crop", "row")
 
 
@@ -60,8 +62,8 @@ def described() -> dict[str, Any]:
         ],
         "choices": [
             ("profile", "pressure along the line", ("gaussian", "file", "picture")),
-            ("source", "heat comes from", ("next pixel", "moving")),
-            ("film_law", "film law along the line", ("no", "yes")),
+            ("thesis_balance", "the thesis's balance, too", ("no", "yes")),
+            ("source", "its heat comes from", ("next pixel", "moving")),
         ],
         "empty": ["air_temperature"],
         "only": {
@@ -70,7 +72,7 @@ def described() -> dict[str, Any]:
             "length": ("profile", ["gaussian", "picture"]),
             "file": ("profile", ["file"]),
             "time": ("source", ["next pixel"]),
-            **{key: ("film_law", ["yes"]) for key in OF_FILM},
+            **{key: ("thesis_balance", ["yes"]) for key in OF_BALANCE},
         },
     }
 
@@ -78,52 +80,57 @@ def described() -> dict[str, Any]:
 def curves(texts: Texts) -> dict[str, Any]:
     """All content of the tab. Raises SceneError, SimulationStopped.
 
-    series over x (mm): pressure (bar), flux (W/m2), temperature (degC), mu, state; with the film
-    law its temperature and mu; notes: warnings.
+    series over x (mm): pressure (bar), flux (W/m2), temperature (degC), mu, state; of the thesis's
+    balance model_flux, model_temperature and model_mu; notes: warnings.
     """
     case = LineCase.of(texts)
     pressure, dx = case.pressure()
-    line = macroscopic_line(pressure, dx, case.parameters)
-    series: dict[str, list[Any]] = {
-        "x": (1e3 * line.x).tolist(),
-        "pressure": (line.pressure / BAR).tolist(),
-        "flux": line.flux.tolist(),
-        "temperature": (line.temperature - ZERO_CELSIUS).tolist(),
-        "mu": line.mu.tolist(),
-        "state": [State(each).name.lower().replace("_", " ") for each in line.state],
+    strength = case.dry_shear.strength(MELTING_TEMPERATURE)
+    film = film_line(
+        pressure, dx, case.parameters, CONTACT_TABLES["B"], strength, case.initial_height
+    )
+    touching = pressure > 0.0
+    mu = np.divide(film.shear, pressure, out=np.zeros_like(pressure), where=touching)
+    states = classify(film.temperature - MELTING_TEMPERATURE, touching)
+    edges = edge_temperatures(film.temperature, touching)
+    known = touching & ~CONTACT_TABLES["B"].outside(pressure)  # a table has no data elsewhere
+    notes = doubts(
+        float(film.height[touching].min()), float(mu[known].max(initial=0.0)),
+        float(film.melting[touching].mean()), strength is not None,
+    )  # fmt: skip
+    series = {
+        "x": (1e3 * dx * (np.arange(pressure.size) + 0.5)).tolist(),
+        "pressure": (pressure / BAR).tolist(),
+        "flux": (film.shear * case.slip * case.speed).tolist(),
+        "temperature": (film.temperature - ZERO_CELSIUS).tolist(),
+        "mu": mu.tolist(),
+        "state": [State(each).name.lower().replace("_", " ") for each in states],
     }
-    film, doubted = {}, []
-    if case.film_law == "yes":
-        strength = case.dry_shear.strength(MELTING_TEMPERATURE)
-        found = film_line(
-            pressure, dx, case.parameters, CONTACT_TABLES["B"], strength, case.initial_height
-        )
-        touching = pressure > 0.0
-        mu = np.divide(found.shear, pressure, out=np.zeros_like(pressure), where=touching)
+    numbers = {
+        "mu_mean": float(film.shear.sum() / pressure.sum()),
+        "leading": edges.leading - ZERO_CELSIUS,
+        "trailing": edges.trailing - ZERO_CELSIUS,
+    }
+    if case.thesis_balance == "yes":
+        model = macroscopic_line(pressure, dx, case.parameters)
         series |= {
-            "film_temperature": (found.temperature - ZERO_CELSIUS).tolist(),
-            "film_mu": mu.tolist(),
+            "model_flux": model.flux.tolist(),
+            "model_temperature": (model.temperature - ZERO_CELSIUS).tolist(),
+            "model_mu": model.mu.tolist(),
         }
-        film = {"film_mu": float(found.shear.sum() / pressure.sum())}
-        melting = float(found.melting[touching].mean())
-        doubted = doubts(
-            float(found.height[touching].min()), float(mu.max()), melting, strength is not None
-        )
-    balance = line.balance
+        numbers |= {
+            "mu_map": model.mu_mean,
+            "mu_balance": model.balance.mu,
+            "peak_rise": float(model.rise.max()),
+            "heat_of_ice": model.balance.ice,
+            "heat_of_tread": model.balance.tread,
+            "heat_of_water": model.balance.water,
+        }
+        notes = [*model.doubts, *notes]
     return {
-        "notes": [*line.doubts, *doubted],
+        "notes": notes,
         "series": series,
-        "numbers": {
-            "mu_mean": line.mu_mean,
-            "mu_balance": balance.mu,
-            "peak_rise": float(line.rise.max()),
-            "leading": line.edges.leading - ZERO_CELSIUS,
-            "trailing": line.edges.trailing - ZERO_CELSIUS,
-            "heat_of_ice": balance.ice,
-            "heat_of_tread": balance.tread,
-            "heat_of_water": balance.water,
-            **film,
-        },
+        "numbers": numbers,
         "values": {slider.key: getattr(case, slider.key) for slider in SLIDERS},
         "python": line_lines(case),
         "command": line_command(case),

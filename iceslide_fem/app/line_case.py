@@ -1,4 +1,4 @@
-"""Input of the tab of the macroscopic line: keys, ranges, and pressure."""
+"""Input of the tab of a line along a footprint: keys, ranges, and pressure."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class LineCase(FilmCase):
 
     profile: source of the pressure. length (m), peak (Pa) and sigma (m): of a Gaussian; file: a
     profile as CSV; image, colours and `row` (fraction of its height from below): of a picture;
-    film_law: whether to compute the film law along the line.
+    thesis_balance: whether to compute the thesis's macroscopic model beside the film law.
     """
 
     profile: Literal["gaussian", "file", "picture"] = "gaussian"
@@ -46,10 +46,10 @@ class LineCase(FilmCase):
     crop: PixelBox | None = None
     row: Annotated[float, Quantity("", "0", "1"), Number] = 0.5
     speed: Annotated[float, Quantity("m/s", "0.001 m/s", "100 m/s"), Number] = THESIS.speed
-    slip: Annotated[float, Quantity("", "1e-9", "1"), Number] = THESIS.slip
+    slip: Annotated[float, Quantity("", "1e-9", "1"), Number] = 1.0
     static_friction: Annotated[float, Quantity("", "0.001", "2"), Number] = THESIS.static_friction
     air_temperature: Annotated[float, Quantity("K", "-80 degC", "60 degC"), Number] | None = None
-    source: Source = THESIS.source
+    source: Source = "moving"
     time: Annotated[float, Quantity("s", "1 us", "1000 s"), Number] = THESIS.time
     depth: Annotated[float, Quantity("m", "1 um", "1 m"), Number] = THESIS.depth
     ice_conductivity: Conductivity = THESIS.ice.conductivity
@@ -61,7 +61,7 @@ class LineCase(FilmCase):
     )
     tread_conductivity: Conductivity = THESIS.tread.conductivity
     water_conductivity: Conductivity = THESIS.water_conductivity
-    film_law: Literal["no", "yes"] = "no"
+    thesis_balance: Literal["no", "yes"] = "no"
 
     @model_validator(mode="after")
     def _has_its_picture(self) -> Self:

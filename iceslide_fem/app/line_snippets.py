@@ -10,7 +10,7 @@ from iceslide_fem.app.snippets import command, joined, strength_lines
 
 
 def line_command(case: LineCase) -> str:
-    """Command that computes the same line (and also the model with the other heat source)."""
+    """Command that computes the same line (and of the balance both sources of heat)."""
     p = case.parameters
     words: dict[str, object] = {}
     source = ""
@@ -25,11 +25,12 @@ def line_command(case: LineCase) -> str:
         words |= {name: joined(*box) for name, box in boxes.items() if box}
         last = len(case.pressures()[0]) - 1
         words["row"] = last - round(case.row * last)
-    words |= {"speed": p.speed, "temperature": p.ice_temperature}
+    words |= {"speed": p.speed, "temperature": p.ice_temperature, "slip": p.slip}
+    words |= case.film_words
+    if case.thesis_balance == "no":
+        return command(f"iceslide footprint{source}", words)
     if p.source == "next pixel":
         words |= {"thesis-slip": p.slip, "thesis-time": p.time}
-    if p.source == "moving" or case.film_law == "yes":
-        words["slip"] = p.slip
     if p.air_temperature is not None:
         words["air-temperature"] = p.air_temperature
     words |= {
@@ -39,16 +40,14 @@ def line_command(case: LineCase) -> str:
         "tread-material": joined(*p.tread[:3]),
         "water-conductivity": p.water_conductivity,
     }
-    if case.film_law == "yes":
-        words |= case.film_words
-    return command(f"iceslide footprint{source}", words)
+    return command(f"iceslide footprint{source} --thesis-balance", words)
 
 
 def line_lines(case: LineCase) -> str:
     """Lines of Python that compute the same line."""
-    before, other, names, film = "", "", ["macroscopic_line"], ""
+    before, other, names = "", "", ["film_line"]
     if case.profile == "gaussian":
-        names.insert(0, "gaussian_profile")
+        names.append("gaussian_profile")
         pressure = (
             f"x, pressure = gaussian_profile({case.length!r}, {case.peak!r}, {POINTS}, "
             f"{case.sigma!r})\ndx = x[1] - x[0]"
@@ -76,11 +75,12 @@ def line_lines(case: LineCase) -> str:
     values = {field.name: repr(getattr(p, field.name)) for field in fields(p)}
     values |= {"ice": f"Solid{p.ice[:3]}", "tread": f"Solid{p.tread[:3]}"}
     given = "\n".join(f"    {name}={value}," for name, value in values.items())
-    if case.film_law == "yes":
-        names.insert(0, "film_line")
-        film = _film_lines(case)
+    model = ""
+    if case.thesis_balance == "yes":
+        names.append("macroscopic_line")
+        model = "\nline = macroscopic_line(pressure, dx, parameters)\nprint(line.mu_mean)\n"
     return f"""\
-{before}from iceslide_fem.preprocess.footprint.line import {", ".join(names)}
+{before}from iceslide_fem.preprocess.footprint.line import {", ".join(sorted(names))}
 from iceslide_fem.preprocess.footprint.macroscopic import Macroscopic
 {other}from iceslide_fem.scene.materials import Solid
 
@@ -88,15 +88,13 @@ from iceslide_fem.preprocess.footprint.macroscopic import Macroscopic
 parameters = Macroscopic(
 {given}
 )
-line = macroscopic_line(pressure, dx, parameters)
-print(line.mu_mean)
-{film}"""
+{_film_lines(case)}{model}"""
 
 
 def _film_lines(case: LineCase) -> str:
     """Additional Python code for the film law along the line."""
     before, strength = strength_lines(case.dry_shear)
-    return f"""
+    return f"""\
 {before}from iceslide_fem.scene.materials import CONTACT_TABLES, MELTING_TEMPERATURE
 
 strength = {strength}

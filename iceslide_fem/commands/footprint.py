@@ -22,6 +22,12 @@ def footprint(
     line: options.Line = None,
     gaussian: options.Gaussian = None,
     row: options.Row = None,
+    thesis_balance: Annotated[
+        bool,
+        typer.Option(
+            "--thesis-balance", help="The thesis's macroscopic model, too: (3.3), and its balance."
+        ),
+    ] = False,
     temperature_map: Annotated[
         Text, option("FILE", "Temperatures of the ice in degC, for module 3.")
     ] = None,

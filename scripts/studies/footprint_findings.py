@@ -121,24 +121,25 @@ def printed_rises() -> None:
 
 def friction_by_balance() -> None:
     """mu by (4.7) to (4.9) and (3.8) with both heat models, and the depth that gives the film's."""
-    case_values = {"image": "none", **SIZE}
+    case_values = {"image": "none", "thesis_balance": True, **SIZE}
     footprint = Tread().footprint(SHAPE)
     result = survey(FootprintCase.of(case_values), ReadFootprint(footprint))
     film = result.mu_mean
     rows = []
-    for name, model in (("(3.3), S 1e-5, 1 s", result.thesis), ("moving, S 1", result.moving)):
+    thesis, moving = result.models["thesis"], result.models["moving_source"]
+    for name, model in (("(3.3), S 1e-5, 1 s", thesis), ("moving, S 1", moving)):
         rows.append([name, *_heat_row(footprint, model, film)])
     head = ["heat", "peak (K)", "mean (K)", "dry", "mixed", "wet", "mean mu", "mu (3.8)"]
     head += ["d for the film's mu: map", "balance"]
     show(f"Balance, d = 0.1 mm, -4 degC; film law: {film:.4f}", head, rows)
-    rise, contact = result.moving.rise, footprint.contact
-    literal = result.thesis.mu_mean
+    rise, contact = moving.rise, footprint.contact
+    literal = thesis.mu_mean
     literal *= (V * S * footprint.contact_area) ** 2
     print(f"(4.7) to (4.9) with V, S and A_tot as factors: mean mu {literal:.1g}")
     rows = []
     for depth in (1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 1e-2):
         row = [f"{1e3 * depth:g} mm"]
-        for model in (result.thesis, result.moving):
+        for model in (thesis, moving):
             scale = DEPTH / depth
             row += [f"{scale * model.mu_mean:.3g}", f"{scale * model.balance.mu:.3g}"]
         rows.append(row)

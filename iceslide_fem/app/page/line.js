@@ -1,4 +1,4 @@
-// The macroscopic line: pressure, heat, temperature and friction along the footprint.
+// A line along a footprint: pressure, heat, temperature and friction.
 
 import { makeCaseTab } from "./case_tab.js";
 import { band, colours, curve, draw } from "./charts.js";
@@ -33,23 +33,24 @@ function drawLine({ series, numbers: found, notes: sentences }) {
   const states = [...new Set(series.state)].join(", ");
   draw("chart-pressure", [curve("pressure", series.x, series.pressure, colours.c1)],
     { x, shapes, said: `Contact pressure along the line, up to ${fixed(Math.max(...series.pressure))} bar` });
-  draw("chart-heat", [curve("Q", series.x, series.flux, colours.c2)],
+  const pair = (key) => [
+    curve("film law", series.x, series[key], colours.c1),
+    ...(series[`model_${key}`] ? [curve("the thesis's balance", series.x, series[`model_${key}`], colours.c2, "dot")] : []),
+  ];
+  draw("chart-heat", pair("flux"),
     { x, shapes, said: `Friction heat along the line, up to ${fixed(Math.max(...series.flux))} watts per square metre` });
-  draw("chart-line-temperature", [
-    curve("model", series.x, series.temperature, colours.c1),
-    ...(series.film_temperature ? [curve("film law", series.x, series.film_temperature, colours.c2, "dot")] : []),
-  ], { x, shapes, said: `Temperature of the ice along the line, rising by up to ${fixed(found.peak_rise)} degrees; ${states}` });
-  draw("chart-line-mu", [
-    curve("(4.7) to (4.9)", series.x, series.mu, colours.c1),
-    ...(series.film_mu ? [curve("film law", series.x, series.film_mu, colours.c2, "dot")] : []),
-  ], { x, shapes, said: `Friction along the line, mean ${fixed(found.mu_mean)}` });
+  draw("chart-line-temperature", pair("temperature"),
+    { x, shapes, said: `Temperature of the ice along the line, up to ${fixed(Math.max(...series.temperature))} degrees; ${states}` });
+  draw("chart-line-mu", pair("mu"), { x, shapes, said: `Friction along the line, mean ${fixed(found.mu_mean)}` });
   notes(document.getElementById("line-notes"), sentences);
   numbers(document.getElementById("line-numbers"), [
-    ["mean μ, (4.7) to (4.9)", fixed(found.mu_mean)],
-    ["μ of the balance (3.8)", fixed(found.mu_balance)],
-    ...(found.film_mu === undefined ? [] : [["mean μ, film law", fixed(found.film_mu)]]),
-    ["largest rise", `${fixed(found.peak_rise)} K`],
+    ["mean μ", fixed(found.mu_mean)],
     ["leading, trailing edge", `${fixed(found.leading)}, ${fixed(found.trailing)} °C`],
-    ["heat to ice, tread, water", `${[found.heat_of_ice, found.heat_of_tread, found.heat_of_water].map((q) => fixed(q)).join(", ")} W/m`],
+    ...(found.mu_map === undefined ? [] : [
+      ["mean μ, (4.7) to (4.9)", fixed(found.mu_map)],
+      ["μ of the balance (3.8)", fixed(found.mu_balance)],
+      ["largest rise", `${fixed(found.peak_rise)} K`],
+      ["heat to ice, tread, water", `${[found.heat_of_ice, found.heat_of_tread, found.heat_of_water].map((q) => fixed(q)).join(", ")} W/m`],
+    ]),
   ]);
 }

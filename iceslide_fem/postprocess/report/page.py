@@ -86,7 +86,7 @@ class Chart(NamedTuple):
 
 
 class HeatMap(NamedTuple):
-    """Values (ny, nx) over x and y, NaN without a value."""
+    """Values (ny, nx) over x and y, NaN without a value; range: ends of the colours, or None."""
 
     name: str
     title: str
@@ -98,6 +98,7 @@ class HeatMap(NamedTuple):
     values: ArrayLike
     colours: str = "viridis"
     equal: bool = False
+    range: tuple[float, float] | None = None
 
 
 class Fields(NamedTuple):
@@ -210,7 +211,7 @@ def _numbers(page: Page) -> dict[str, Any]:
                 "ys": plain(part.places[1]),
                 "values": [plain(row) for row in values],
                 "colours": colours(part.colours),
-                **{key: getattr(part, key) for key in ("x", "y", "unit", "equal")},
+                **{key: getattr(part, key) for key in ("x", "y", "unit", "equal", "range")},
             }
         elif isinstance(part, Fields):
             found["fields"] = {"moments": list(part.moments), "drawings": list(part.drawings)}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Annotated, Self
 
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import ConfigDict, Field, StrictBool, model_validator
 
 from iceslide_fem.preprocess.footprint.film_options import FilmOptions
 from iceslide_fem.preprocess.footprint.jaeger import TABLE_1_ICE, TABLE_1_RUBBER
@@ -19,11 +19,17 @@ from iceslide_fem.scene.materials import ICE_EFFUSIVITY, WATER_CONDUCTIVITY, Sol
 from iceslide_fem.scene.units import Quantity
 
 _named = option_names("image")
+# Options that the thesis's balance alone uses.
+OF_THE_BALANCE = (
+    "temperature_map state_map depth thesis_slip thesis_time air_temperature tread_material "
+    "water_conductivity"
+).split()
 
 
 class FootprintCase(SourceOptions, FilmOptions):
     """A footprint and how it slides; SI units. Its keys are the options of the command.
 
+    thesis_balance: whether the thesis's macroscopic model is computed beside the film law.
     temperature_map (degC) and state_map (1 dry, 2 mixed, 3 wet) replace the results of modules 2
     and 3; they have the pixels of the pressure. slip: of film and moving source, 1 for a locked
     wheel. thesis_slip and thesis_time (s) are used in (3.2) and (3.3) only. air_temperature: of the
@@ -46,9 +52,19 @@ class FootprintCase(SourceOptions, FilmOptions):
     water_conductivity: Annotated[float, Quantity("W/m/K", "0.01 W/m/K", "10 W/m/K"), Number] = (
         WATER_CONDUCTIVITY
     )
+    thesis_balance: StrictBool = False
     aggregate: Annotated[float, Quantity("g/m^2", "0 g/m^2", "1000 g/m^2"), Number] = 0.0
     scenes: Annotated[int, Field(ge=0, le=1000)] = 0
     tread_height: Length = 8e-3
+
+    @model_validator(mode="after")
+    def _of_the_balance(self) -> Self:
+        for name in OF_THE_BALANCE:
+            if name in self.model_fields_set and not self.thesis_balance:
+                raise ValueError(
+                    f"{_named(name)} is of the thesis's balance; give --thesis-balance, too"
+                )
+        return self
 
     @model_validator(mode="after")
     def _of_an_area(self) -> Self:

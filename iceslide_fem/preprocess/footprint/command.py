@@ -26,15 +26,23 @@ from iceslide_fem.runtime.progress import LongTask
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene.fingerprint import versions
 
+# Maps of the macroscopic models by their names in the summary: rise, and mu.
+OF_MODELS = {
+    "thesis": ("rise by (3.3) (K)", "mu by (4.7) to (4.9), (3.3)"),
+    "moving_source": ("rise by the moving source (K)", "mu by (4.7) to (4.9), moving source"),
+    "given": ("rise as given (K)", "mu by (4.7) to (4.9), as given"),
+}
+
 
 def run(values: Mapping[str, Any], out: Path, force: bool = False) -> tuple[Survey, dict[str, Any]]:
     """Survey the footprint that `values` describe (see `FootprintCase`) and write it to `out`.
 
     Writes summary.json, footprint.vti, pressure.png, temperature.png, wet_dry.png, mu.png,
-    thesis.png, comparison.png and scenes/block_*, of a line summary.json, line.csv and line.png;
-    returns the survey and the content of summary.json. Earlier results of the same footprint are
-    replaced, with `force` any results. Raises SceneError, before anything is written, if the input
-    is invalid or `out` must not be used, and OutputError if a file cannot be written.
+    comparison.png, with the thesis's balance thesis.png, and scenes/block_*, of a line
+    summary.json, line.csv and line.png; returns the survey and the content of summary.json. Earlier
+    results of the same footprint are replaced, with `force` any results. Raises SceneError, before
+    anything is written, if the input is invalid or `out` must not be used, and OutputError if a
+    file cannot be written.
     """
     begun = time.perf_counter()
     case = FootprintCase.of(values)
@@ -82,18 +90,15 @@ def all_maps(result: Survey) -> dict[str, NDArray[Any]]:
         "melting": film.melting.astype(np.uint8),
         "saturated": film.saturated.astype(np.uint8),
         "state (0 none, 1 dry, 2 mixed, 3 wet)": result.state,
-        "rise by (3.3) (K)": result.thesis.rise,
-        "mu by (4.7) to (4.9), (3.3)": result.thesis.mu,
-        "rise by the moving source (K)": result.moving.rise,
-        "mu by (4.7) to (4.9), moving source": result.moving.mu,
+        "outside the table": result.outside.astype(np.uint8),
     }
+    for name, model in result.models.items():
+        rise, mu = OF_MODELS[name]
+        maps |= {rise: model.rise, mu: model.mu}
     if result.borne is not None:
         maps["pressure of the water (Pa)"] = result.borne
     if result.read.distance is not None:
         maps["distance to the colour bar"] = result.read.distance
-    if result.given is not None:
-        maps["rise as given (K)"] = result.given.rise
-        maps["mu by (4.7) to (4.9), as given"] = result.given.mu
     return maps
 
 

@@ -12,6 +12,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 
+from iceslide_fem.film.doubts import LARGEST_FRICTION
 from iceslide_fem.postprocess.results.style import (
     BLACK,
     BLUE,
@@ -31,7 +32,7 @@ from iceslide_fem.preprocess.footprint.macroscopic import (
 )
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.survey import Survey
-from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene.materials import BAR
 
@@ -50,12 +51,14 @@ SLACK = 1e-9
 # long as the drawing.
 ONE_MAP = {"left": 0.085, "right": 1.0, "bottom": 0.09, "top": 0.94}
 SIX_MAPS = {"left": 0.045, "right": 0.99, "bottom": 0.06, "top": 0.9, "wspace": 0.2, "hspace": 0.25}
+ONE_CHART = {"left": 0.22, "right": 0.98, "bottom": 0.1, "top": 0.94}
 TWO_CHARTS = {"left": 0.125, "right": 0.99, "bottom": 0.1, "top": 0.94, "wspace": 0.16}
+HATCHED = 200  # largest number of pixels along a side of hatched places
 ROBUST = 99.0  # percentage of pixels within the colour range of mu and of a rise
 
 
 def draw_maps(result: Survey, directory: Path) -> None:
-    """Write pressure.png, temperature.png, wet_dry.png, mu.png and thesis.png."""
+    """Write pressure.png, temperature.png, wet_dry.png, mu.png, and of its models thesis.png."""
     case, film, footprint = result.case, result.film, result.read.pressure_map
     coldest, melting = (T - ZERO_CELSIUS for T in (case.temperature, case.melting_temperature))
     mu = film.friction(footprint)
@@ -81,17 +84,28 @@ def draw_maps(result: Survey, directory: Path) -> None:
             f"Friction coefficient: mean {result.mu_mean:.3g} ({how})",
             r"$\mu$ (1)",
             "magma",
-            LogNorm(*np.percentile(mu[footprint.contact], (100.0 - ROBUST, ROBUST))),
+            _mu_scale(mu[footprint.contact]),
         ),
     }
     for name, quantity in maps.items():
         figure = Figure(figsize=(8.6, 6.4))
-        _map(figure.subplots(gridspec_kw=ONE_MAP), footprint, *quantity)
+        panel = figure.subplots(gridspec_kw=ONE_MAP)
+        _map(panel, footprint, *quantity)
+        if name == "mu" and result.outside.any():
+            _hatch(panel, footprint, result.outside)
         figure.savefig(directory / f"{name}.png", dpi=DPI)
     figure = Figure(figsize=(8.6, 6.4))
     panel = figure.subplots(gridspec_kw=ONE_MAP)
     _states(panel, footprint, result.state, f"State of the ice ({how})", melting)
     figure.savefig(directory / "wet_dry.png", dpi=DPI)
+    if result.models:
+        _draw_models(result, directory)
+
+
+def _draw_models(result: Survey, directory: Path) -> None:
+    """Write thesis.png: the macroscopic model with both sources of heat."""
+    case, footprint = result.case, result.read.pressure_map
+    coldest = case.temperature - ZERO_CELSIUS
     figure = Figure(figsize=(16.0, 8.6))
     figure.suptitle(
         f"Macroscopic model, ice at {coldest:.3g} °C: heat of friction by (3.3), with slip "
@@ -101,16 +115,22 @@ def draw_maps(result: Survey, directory: Path) -> None:
     above, below = figure.subplots(2, 3, gridspec_kw=SIX_MAPS)
     said = f"d = {MM * case.depth:g} mm"
     printed = f"(3.3) as printed, slip {case.thesis_slip:g}"
-    _heat_model(above, footprint, result.thesis, printed, said)
-    _heat_model(below, footprint, result.moving, f"Moving source, slip {case.slip:g}", said)
+    _heat_model(above, footprint, result.models["thesis"], printed, said)
+    moving = f"Moving source, slip {case.slip:g}"
+    _heat_model(below, footprint, result.models["moving_source"], moving, said)
     figure.savefig(directory / "thesis.png", dpi=DPI)
 
 
 def draw_comparison(result: Survey, directory: Path) -> None:
-    """Write comparison.png: mu over the ice temperature with the formulas, and over d."""
+    """Write comparison.png: mu over the ice temperature with the formulas, and of models over d."""
     case, curves = result.case, result.curves
-    figure = Figure(figsize=(13.0, 5.6))
-    left, right = figure.subplots(1, 2, gridspec_kw=TWO_CHARTS)
+    figure = Figure(figsize=(13.0 if result.models else 7.5, 5.6))
+    left, *more = figure.subplots(
+        1,
+        2 if result.models else 1,
+        squeeze=False,
+        gridspec_kw=TWO_CHARTS if result.models else ONE_CHART,
+    )[0]
     celsius = curves.temperature - ZERO_CELSIUS
     aggregate = f"{case.aggregate:g} g/m² of aggregate" if case.aggregate else "no aggregate"
     left.plot(celsius, curves.film, "o-", color=BLUE, label="film law under every pixel")
@@ -125,10 +145,21 @@ def draw_comparison(result: Survey, directory: Path) -> None:
         lambda mu, _: f"{float(stopping_distance(case.speed, mu)):.2g}" if mu > 0.0 else ""
     )
     ticks.set_ylabel(f"stopping distance from {KMH * case.speed:.3g} km/h (m), (1.1)")
+    for panel in more:
+        _over_depth(panel, result)
+    for panel in (left, *more):
+        panel.legend(fontsize=8)
+        panel.grid(alpha=0.25)
+    figure.savefig(directory / "comparison.png", dpi=DPI)
+
+
+def _over_depth(right: Axes, result: Survey) -> None:
+    """mu of the macroscopic models over the depth d."""
+    case, models = result.case, result.models
     depth = np.geomspace(1e-6, 100.0, 200)
     for model, colour, name in (
-        (result.thesis, ORANGE, f"(3.3), slip {case.thesis_slip:g}"),
-        (result.moving, BLUE, f"moving source, slip {case.slip:g}"),
+        (models["thesis"], ORANGE, f"(3.3), slip {case.thesis_slip:g}"),
+        (models["moving_source"], BLUE, f"moving source, slip {case.slip:g}"),
     ):
         for mu, style, what in (
             (model.mu_mean, "-", "mean of (4.7) to (4.9)"),
@@ -144,10 +175,6 @@ def draw_comparison(result: Survey, directory: Path) -> None:
     )  # fmt: skip
     right.set(xlabel="depth of heat penetration d (mm)", ylabel=r"mean $\mu$ (1)", ylim=(1e-3, 1e5))
     right.set_title("Macroscopic model: friction is proportional to 1/d")
-    for panel in (left, right):
-        panel.legend(fontsize=8)
-        panel.grid(alpha=0.25)
-    figure.savefig(directory / "comparison.png", dpi=DPI)
 
 
 def draw_line(result: Survey, columns: Mapping[str, Array], directory: Path) -> None:
@@ -158,15 +185,16 @@ def draw_line(result: Survey, columns: Mapping[str, Array], directory: Path) -> 
     figure = Figure(figsize=(11.5, 7.5), layout="constrained")
     row = "" if case.row is None else f", row {case.row}"
     figure.suptitle(
-        f"{case.source.name}{row}: {case.speed:g} m/s, slip {case.slip:g} "
-        f"((3.3): {case.thesis_slip:g}), ice at {case.temperature - ZERO_CELSIUS:.3g} °C",
+        f"{case.source.name}{row}: {case.speed:g} m/s, slip {case.slip:g}"
+        f"{f' ((3.3): {case.thesis_slip:g})' if result.models else ''}, "
+        f"ice at {case.temperature - ZERO_CELSIUS:.3g} °C",
         fontsize=13,
     )
     panels = figure.subplots(2, 2, sharex=True)
     x = MM * columns["x_m"]
     pressure, rise, temperature, friction = panels.flat
     pressure.plot(x, columns["pressure_Pa"] / BAR, color=BLACK)
-    pressure.set(title="Pressure (module 1)", ylabel="p (bar)")
+    pressure.set(title="Pressure", ylabel="p (bar)")
     for key, (name, colour) in LINES.items():
         for panel, column in (
             (rise, f"rise_{key}_K"),
@@ -181,8 +209,13 @@ def draw_line(result: Survey, columns: Mapping[str, Array], directory: Path) -> 
     for bound in (MIXED_FROM, WET_FROM):
         temperature.axhline(bound, color=RED, linewidth=0.8, linestyle=":")
     rise.set(title="Temperature rise (module 2)", ylabel="K")
+    if not result.models:
+        rise.plot(x, 1e9 * columns["film_height_m"], color=BLACK, label="film law")
+        rise.set(title="Height of the water film", ylabel="h (nm)")
     temperature.set(title="Temperature; dotted: bounds of dry, mixed, wet", ylabel="°C")
-    friction.set(title="Friction (module 3)", ylabel=r"$\mu$ (1)", yscale="log")
+    friction.set(title="Friction", ylabel=r"$\mu$ (1)", yscale="log")
+    if not result.models and columns["mu_film"].max() > LARGEST_FRICTION:
+        friction.set(title=f"Friction up to {LARGEST_FRICTION:g}", ylim=(None, LARGEST_FRICTION))
     for panel in panels[1]:
         panel.set_xlabel("x (mm), the tyre moves to the right")
     for panel in panels.flat:
@@ -190,6 +223,27 @@ def draw_line(result: Survey, columns: Mapping[str, Array], directory: Path) -> 
     rise.legend(fontsize=8)
     friction.legend(fontsize=8)
     figure.savefig(directory / "line.png", dpi=DPI)
+
+
+def _mu_scale(mu: Array) -> LogNorm:
+    """Of all but a percent of `mu` at both ends, and up to `LARGEST_FRICTION`."""
+    low, high = np.percentile(mu, (100.0 - ROBUST, ROBUST))
+    high = min(high, LARGEST_FRICTION)
+    return LogNorm(min(low, 0.5 * high), high)
+
+
+def _hatch(panel: Axes, footprint: PressureMap, places: Mask) -> None:
+    """Hatch `places`, which are outside the table of k, D and H_V."""
+    every = tuple(slice(None, None, -(-count // HATCHED)) for count in places.shape)
+    some = places[every]
+    edges = (np.linspace(0.0, MM * size, 1 + count) for size, count in zip(
+        (footprint.dy * places.shape[0], footprint.dx * places.shape[1]), some.shape, strict=True
+    ))  # fmt: skip
+    y, x = (np.repeat(edge, 2)[1:-1] for edge in edges)  # both sides of each pixel
+    doubled = np.repeat(np.repeat(some, 2, axis=0), 2, axis=1)
+    panel.contourf(x, y, doubled, levels=[0.5, 1.5], colors="none", hatches=["////"])
+    said = "hatched: pressures outside the table of k, D and H_V"
+    panel.annotate(said, (0.01, 0.01), xycoords="axes fraction", fontsize=8)
 
 
 def _heat_model(

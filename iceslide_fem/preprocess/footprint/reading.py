@@ -59,6 +59,11 @@ class ReadFootprint(NamedTuple):
 def read_footprint(case: FootprintCase) -> ReadFootprint:
     """Module 1, with given temperatures and states. Raises as `read_source`."""
     read = _with_own_maps(_whole(case), case)
+    if not case.thesis_balance and (read.temperature is not None or read.state is not None):
+        raise SceneError(
+            f"--line {case.line} has temperatures or states, which are of the thesis's balance; "
+            "give --thesis-balance, too, or leave them out"
+        )
     return read if case.row is None else _one_row(read, case.row)
 
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from iceslide_fem.film.doubts import LARGEST_FRICTION
 from iceslide_fem.postprocess.report.page import (
     Cell,
     Chart,
@@ -27,15 +28,14 @@ from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene.materials import BAR
 
-ABOUT_ERROR = (
-    "The film law was advanced with a relative error of {:g} of mu per pixel; the macroscopic "
-    "model has no steps. Its d and t are tuned: docs/explanation/footprint.md says how far to "
-    "believe it."
+ABOUT_ERROR = "The film law was advanced with a relative error of {:g} of mu per pixel."
+OF_MODELS = (
+    "The macroscopic model has no steps. Its d and t are tuned: docs/explanation/footprint.md says "
+    "how far to believe it. Nothing melts in it, and the heat is that of static friction."
 )
 LEFT_OUT = (
     "The film law: the tread pattern stands still over the picture; heat does not spread sideways; "
-    "k, D and H_V follow the local pressure. The macroscopic model: nothing melts, and the heat is "
-    "that of static friction everywhere."
+    "k, D and H_V follow the local pressure."
 )
 PIXELS = 260  # largest number along x: every n-th pixel is drawn
 MM = 1e3
@@ -61,6 +61,7 @@ NAMES = {
     "mean_water_height_m": "mean height of the water",
     "water_borne_share": "load borne by water",
     "outside_table_share": "outside the table of k, D, H_V",
+    "outside_table_friction_share": "friction outside the table",
     "dry_share": "dry",
     "mixed_share": "mixed",
     "wet_share": "wet",
@@ -84,16 +85,19 @@ UNITS = (
     ("_m", "mm", 1e3),
     ("share", "%", 100.0),
 )
-CONTACT, PRESSURE, SHEAR = "contact", "pressure (Pa)", "shear stress (Pa)"
+CONTACT, PRESSURE, SHEAR, MU = "contact", "pressure (Pa)", "shear stress (Pa)", "mu"
+OUTSIDE = "outside the table"
 STATE = "state (0 none, 1 dry, 2 mixed, 3 wet)"
 MU_MOVING = "mu by (4.7) to (4.9), moving source"
 # Cell data of footprint.vti: title, unit, factor, colours.
 MAPS = {
     PRESSURE: ("Contact pressure", "bar", 1.0 / BAR, "viridis"),
-    "mu": ("Friction coefficient, film law", "", 1.0, "magma"),
+    MU: (f"Friction coefficient, film law, up to {LARGEST_FRICTION:g}", "", 1.0, "magma"),
     "surface temperature (degC)": ("Temperature of the ice, film law", "°C", 1.0, "inferno"),
     "film height (m)": ("Height of the water film", "nm", 1e9, "YlGnBu"),
     STATE: ("Dry (1), mixed (2), wet (3), film law", "", 1.0, "cividis"),
+}
+MAPS_OF_MODELS = {
     "rise by (3.3) (K)": ("Temperature rise by (3.3)", "K", 1.0, "inferno"),
     "rise by the moving source (K)": ("Temperature rise, moving source", "K", 1.0, "inferno"),
     MU_MOVING: (MU_MOVING, "", 1.0, "magma"),
@@ -115,7 +119,8 @@ def page_of_footprint(folder: Path, summary: Mapping[str, Any]) -> Page:
     try:
         case, one_line = summary["case"], "line" in summary
         tables = [_table(summary[key], title) for key, title in TABLES.items() if key in summary]
-        error = Text(ABOUT_ERROR.format(case["tolerance"]))
+        error = [Text(ABOUT_ERROR.format(case["tolerance"]))]
+        error += [Text(OF_MODELS)] if case["thesis_balance"] else []
         warnings = [
             Text(f"{sentence[:1].upper()}{sentence[1:]}.", "warning")
             for sentence in summary.get("warnings", [])
@@ -124,7 +129,7 @@ def page_of_footprint(folder: Path, summary: Mapping[str, Any]) -> Page:
         rows = [[Cell(key), Cell(str(value))] for key, value in chosen.items()]
         options = Table("All options, SI units", ["option", "value"], rows)
         command, versions = Text(_command(case), "code"), versions_of({"": summary})
-        charts = _lines(folder) if one_line else _maps(folder)
+        charts = _lines(folder) if one_line else _maps(folder, case["thesis_balance"])
         return Page(
             title=f"{Path(summary['source']).stem}: {'line along a ' * one_line}footprint",
             summary=f"A tyre at {case['speed']:g} m/s with slip {case['slip']:g} on ice at "
@@ -132,7 +137,7 @@ def page_of_footprint(folder: Path, summary: Mapping[str, Any]) -> Page:
             f"{summary['film']['mu_mean']:.4f}. Ice comes in at the right, where the tyre moves "
             "to, and leaves at the left.",
             sections=[
-                Section("results", "Results", [*tables, _models(summary), error]),
+                Section("results", "Results", [*tables, _models(summary), *error]),
                 Section("warnings", "Warnings", warnings or [Text("There was no warning.")]),
                 Section("curves", "Along the line" if one_line else "Maps", charts),
                 Section("neglected", "What the models leave out", [Text(LEFT_OUT)]),
@@ -181,27 +186,36 @@ def _text(key: str, value: float) -> str:
     return f"{value:.4g}"
 
 
-def _maps(folder: Path) -> list[HeatMap | Chart]:
+def _maps(folder: Path, with_models: bool) -> list[HeatMap | Chart]:
     from iceslide_fem.preprocess.footprint.map_file import read_maps
 
     path = folder / "footprint.vti"
     if not path.is_file():
         raise SceneError(f"{folder} holds no whole footprint (no footprint.vti)")
-    maps, (dx, dy) = read_maps(path, {*MAPS, CONTACT, PRESSURE, SHEAR})
+    shown = MAPS | (MAPS_OF_MODELS if with_models else {})
+    maps, (dx, dy) = read_maps(path, {*shown, CONTACT, PRESSURE, SHEAR, OUTSIDE})
     contact = maps[CONTACT] > 0
     rows, columns = contact.shape
     stride = -(-columns // PIXELS)
     x, y = (np.arange(columns) + 0.5) * MM * dx, (np.arange(rows) + 0.5) * MM * dy
     drawn: list[HeatMap | Chart] = []
-    for name, (title, unit, factor, tint) in MAPS.items():
+    for name, (title, unit, factor, tint) in shown.items():
         values = np.where(contact, factor * maps[name], np.nan)
         says = (
             f"Between {np.nanmin(values):.4g} and {np.nanmax(values):.4g} {unit}, mean of the "
             f"pixels {np.nanmean(values):.4g} {unit}".replace(" ,", ",").strip()
         )
+        limits = None
+        if name in (MU, MU_MOVING):
+            limits = 0.0, min(LARGEST_FRICTION, float(np.nanmax(values)))
+            more = float((values[contact] > LARGEST_FRICTION).mean())
+            says += f"; above {LARGEST_FRICTION:g} on {more:.1%} of the contact" if more else ""
+        if name == PRESSURE and maps[OUTSIDE].any():
+            part = float((maps[OUTSIDE][contact] > 0).mean())
+            says += f"; outside the table of k, D and H_V on {part:.1%} of the contact"
         anchor, axes, places = f"map-{len(drawn)}", ("x (mm)", "y (mm)"), (x[::stride], y[::stride])
         some = values[::stride, ::stride]
-        drawn.append(HeatMap(anchor, title, says, *axes, unit, places, some, tint, equal=True))
+        drawn.append(HeatMap(anchor, title, says, *axes, unit, places, some, tint, True, limits))
     along = [
         Curve("pressure (bar), mean of all rows", x, maps[PRESSURE].mean(axis=0) / BAR),
         Curve("friction stress (bar)", x, maps[SHEAR].mean(axis=0) / BAR, 1),
@@ -222,7 +236,8 @@ def _lines(folder: Path) -> list[HeatMap | Chart]:
         curves = {name: table[key] for name, key in names.items() if key in table}
         if anchor == "mu":
             curves = {name: np.where(mu > 0.0, mu, np.nan) for name, mu in curves.items()}
-        drawn.append(_chart(anchor, title, label, MM * table["x_m"], curves))
+        if curves:
+            drawn.append(_chart(anchor, title, label, MM * table["x_m"], curves))
     return drawn
 
 
@@ -246,5 +261,6 @@ def _command(case: Mapping[str, Any]) -> str:
         if key == "image" or value is None or (key in usual and value == usual[key].default):
             continue
         text = ",".join(map(str, value)) if isinstance(value, list) else str(value)
-        words.append(f"    --{key.replace('_', '-')} {shlex.quote(text)}")
+        option = f"    --{key.replace('_', '-')}"
+        words.append(option if value is True else f"{option} {shlex.quote(text)}")
     return " \\\n".join(words)

@@ -24,6 +24,7 @@ from iceslide_fem.runtime.arrays import Mask
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene.materials import BAR
 
+MUCH = 0.1  # fraction of the friction under pressures outside the table
 MODELS = {
     "thesis": "(3.3) as printed",
     "moving_source": "moving source",
@@ -38,11 +39,15 @@ def summary(result: Survey) -> dict[str, Any]:
     line = gaussian_centre_line(footprint)
     melting = float(film.melting[contact].mean())
     dry = case.dry_stress is not None or bool(case.water)  # needs no melting
+    outside = result.outside[contact]
+    shear = film.shear[contact]
+    friction_outside = float(shear[outside].sum() / shear.sum()) if shear.any() else 0.0
     mu = film.friction(footprint)[contact]
-    outside = case.contact_table.outside(footprint.pressure[contact])
+    largest = float(mu[~outside].max(initial=result.mu_mean))
     warnings = [
         *read.notes,
-        *doubts(float(film.height[contact].min()), float(mu.max()), melting, dry),
+        *doubts(float(film.height[contact].min()), largest, melting, dry),
+        *_outside(float(outside.mean()), friction_outside),
     ]
     for name, model in result.models.items():
         warnings += [f"{MODELS[name]}: {sentence}" for sentence in model.doubts]
@@ -60,6 +65,7 @@ def summary(result: Survey) -> dict[str, Any]:
             "melting_share": melting,
             "saturated_share": float(film.saturated[contact].mean()),
             "outside_table_share": float(outside.mean()),
+            "outside_table_friction_share": friction_outside,
             **_water(result),
             **_edges(edge_temperatures(film.temperature, contact)),
             **_fractions(result.state),
@@ -70,6 +76,17 @@ def summary(result: Survey) -> dict[str, Any]:
         "warnings": warnings,
         "case": case.model_dump(mode="json"),
     }
+
+
+def _outside(area: float, friction: float) -> list[str]:
+    """A warning where much of the friction is under pressures outside the table."""
+    if friction <= MUCH:
+        return []
+    return [
+        f"{area:.0%} of the contact, with {friction:.0%} of the friction, is under pressures "
+        "outside the table of k, D and H_V, and takes those of its nearest end; --contact takes a "
+        "table with more pressures"
+    ]
 
 
 def _colours(read: ReadFootprint, case: FootprintCase) -> dict[str, Any]:
@@ -146,7 +163,10 @@ def lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
         rows.append(("high pressure is read where", f"it is {colours['high_where']}"))
     if colours:
         rows.append(("distance to the colour bar", f"median {colours['median_distance']:.3f}"))
-    outside = f"{film['outside_table_share']:.1%} of the contact area"
+    outside = (
+        f"{film['outside_table_share']:.1%} of the contact area, "
+        f"{film['outside_table_friction_share']:.1%} of the friction"
+    )
     rows += [
         ("mean mu, film law", f"{film['mu_mean']:.4f}"),
         ("leading, trailing edge, film law", _both_edges(film)),

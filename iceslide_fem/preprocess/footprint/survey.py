@@ -16,7 +16,7 @@ from iceslide_fem.preprocess.footprint.macroscopic import HeatModel, States, cla
 from iceslide_fem.preprocess.footprint.passing import FilmMap
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.reading import ReadFootprint
-from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.materials import ICE_EFFUSIVITY, MELTING_TEMPERATURE, WATER_VISCOSITY
 
@@ -37,24 +37,17 @@ class Curves(NamedTuple):
 
 
 class Survey(NamedTuple):
-    """Everything computed of a footprint: `thesis` by (3.3), `moving` by the moving source.
+    """Everything computed of a footprint.
 
-    given: the macroscopic model with given temperatures, or None.
+    models: the thesis's macroscopic models by their names in the summary, if they are asked for:
+    thesis by (3.3), moving_source, and given with given temperatures.
     """
 
     case: FootprintCase
     read: ReadFootprint
-    thesis: HeatModel
-    moving: HeatModel
     film: FilmMap
     curves: Curves
-    given: HeatModel | None = None
-
-    @property
-    def models(self) -> dict[str, HeatModel]:
-        """The macroscopic models by their names in the summary."""
-        found = {"thesis": self.thesis, "moving_source": self.moving}
-        return found if self.given is None else {**found, "given": self.given}
+    models: dict[str, HeatModel]
 
     @property
     def mu_mean(self) -> float:
@@ -69,6 +62,12 @@ class Survey(NamedTuple):
         if wet is None:
             return None
         return wet.borne(footprint.pressure, self.film.squeezed, self.case.contact_table)
+
+    @property
+    def outside(self) -> Mask:
+        """Pixels in contact with a pressure outside the table of k, D and H_V, (ny, nx)."""
+        footprint = self.read.pressure_map
+        return footprint.contact & self.case.contact_table.outside(footprint.pressure)
 
     @property
     def state(self) -> States:
@@ -103,13 +102,9 @@ def survey(
     result = Survey(
         case,
         read,
-        heat_model(footprint, case.thesis, state=read.state),
-        heat_model(footprint, case.moving, state=read.state),
         film.lines(slice(rows)),
         friction_curves(footprint, case, shear / some.sum()),
-        None
-        if read.temperature is None
-        else heat_model(footprint, case.moving, read.temperature, read.state),
+        _models(case, read) if case.thesis_balance else {},
     )
     if not 0.0 <= result.mu_mean <= LARGEST_MEAN:
         raise SceneError(
@@ -118,6 +113,18 @@ def survey(
             "unit, the speed, --viscosity, --initial-height and --dry-stress"
         )
     return result
+
+
+def _models(case: FootprintCase, read: ReadFootprint) -> dict[str, HeatModel]:
+    """The macroscopic model with both sources of heat, and with given temperatures."""
+    footprint = read.pressure_map
+    found = {
+        "thesis": heat_model(footprint, case.thesis, state=read.state),
+        "moving_source": heat_model(footprint, case.moving, state=read.state),
+    }
+    if read.temperature is not None:
+        found["given"] = heat_model(footprint, case.moving, read.temperature, read.state)
+    return found
 
 
 def friction_curves(footprint: PressureMap, case: FootprintCase, mu: Array) -> Curves:
