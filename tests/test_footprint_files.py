@@ -105,6 +105,28 @@ def test_nodes_have_numbers_and_may_lack_where_nothing_touches(tmp_path):
     assert found.pressure_map.load == pytest.approx(1e3 * MAT.sum() * DX * DY, rel=1e-3)
 
 
+def test_a_table_of_columns_is_no_map(tmp_path):
+    """Of ParaView it is a list of points; single sensors over time are no footprint."""
+    view = np.column_stack([1e3 * POINTS[:, 2], 1e-3 * POINTS[:, :2], np.zeros(len(POINTS))])
+    names = '"CPRESS (Pa)","Points:0","Points:1","Points:2"\n'
+    size = {"length": 9 * DX, "width": 7 * DY}
+    check(read(tmp_path, names + rows(view, form=".9g"), **size))
+    for other in ("depth (m),p (Pa),q,r\n", "a_m,b_m,pressure_Pa,c\n"):
+        with pytest.raises(SceneError, match="a map, whose columns have no names of their"):
+            read(tmp_path, other + rows(view), **size)
+    times = np.column_stack([0.02 * np.arange(9), np.full((9, 12), 2e5)])
+    text = "time[secs]\t" + "\t".join(map(str, range(1, 13))) + "\n" + rows(times, "\t")
+    with pytest.raises(SceneError, match="has the columns time.secs., 1, 2"):
+        read(tmp_path, text, **size)
+
+
+def test_names_of_rows_and_columns_are_no_pressures(tmp_path):
+    text = "," + ",".join(f"C{n}" for n in range(9)) + "\n"
+    text += "".join(f"R{n}," + line + "\n" for n, line in enumerate(rows(MAT).splitlines()))
+    found = read(tmp_path, "Pressure (kPa)\n" + text, length=9 * DX, width=7 * DY)
+    assert "names the rows and is left out" in check(found).notes[0]
+
+
 def test_points_without_units_of_length_need_the_size(tmp_path):
     text = rows(POINTS, " ")
     size = {"length": 9 * DX, "width": 7 * DY, "pressure_unit": "kPa"}

@@ -51,6 +51,18 @@ def test_headers_say_sizes_and_units(head, factor, encoding, tmp_path):
     assert any("its header gives pixels of 2.5 x 2.5 um" in note for note in found.notes)
 
 
+@pytest.mark.parametrize(
+    ("head", "separator"),
+    [
+        ('"XY calibration","2500","nm"\n"Unit","um"\n', ","),
+        ("Spacing X;2.5;um\nSpacing Y;2.5;um\nHeights in;um\n", ";"),
+    ],
+)
+def test_headers_may_have_cells_of_their_own(head, separator, tmp_path):
+    (tmp_path / "a.csv").write_text(head + rows(1e6 * HEIGHTS, separator, ".9f"))
+    check(tmp_path / "a.csv")
+
+
 def test_a_header_and_an_option_that_contradict_each_other(tmp_path):
     (tmp_path / "a.txt").write_text("# heights in um\n" + rows(1e6 * HEIGHTS))
     check(tmp_path / "a.txt", SIDE)

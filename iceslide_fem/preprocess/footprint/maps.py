@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import NamedTuple
 from zipfile import BadZipFile
@@ -136,6 +137,14 @@ def _read_text(text: str, said: str, option: str, si: str) -> _Read:
     table = parse(text, said)
     if (points := read_points(table, si)) is not None:
         return _Read(points.values, points.units, points.size, (f"{option}: {points.note}",))
+    names = {re.sub(r"[\d\W_]+", "", name).casefold() for name in table.heading[1:]} - {""}
+    corner = (table.heading or next(table.rows()))[0].strip('"')
+    if len(names) > 1 or corner.casefold().startswith("time"):
+        given = ", ".join(table.heading or next(table.rows()))
+        table.refuse(
+            f"has the columns {given[:60]}; allowed: a map, whose columns have no names of their "
+            "own, or x, y and a pressure"
+        )
     values, left_out = grid(table)
     named = units_named([*table.above, *table.heading], si) if si else []
     return _Read(values, named, None, tuple(f"{option}: {note}" for note in left_out))

@@ -22,7 +22,8 @@ from iceslide_fem.runtime.units import si_unit, to_si
 _VALUE = re.compile(r"\s*([^:=\d]*?)\s*[:=]?\s*([-+0-9.,eE]+)\s*([^\s\d]*)\s*")
 _UNIT_OF_KEY = re.compile(r"(.*?)\s*[\[(]\s*(.+?)\s*[\])]")
 _HEIGHTS = re.compile(
-    r"heights?|höhe|topograph\w*|values?|\bz\b|data|valor\w*|hodnot|einheiten|unités", re.IGNORECASE
+    r"heights?|höhe|topograph\w*|values?|\bz\b|data|valor\w*|hodnot|einheiten|unités|^\W*units?\W+\S+$",
+    re.IGNORECASE,
 )
 # "Width" and "Height" in Gwyddion's languages.
 _WIDTHS = ("width", "breite", "largeur", "larghezza", "anchura", "largura", "šířka")
@@ -52,6 +53,8 @@ def read_text_map(path: Path, unit: float | None) -> HeightMap:
         return _points(table, places, unit)
     values, left_out = grid(table)
     lines = [*table.above, *(table.heading if len(set(table.heading)) == 1 else ())]
+    if table.separator in (",", ";"):  # of names and values in cells of their own
+        lines = [line.replace('"', "").replace(table.separator, " ") for line in lines]
     of_heights = (line for line in lines if _HEIGHTS.search(line) and not _VALUE.fullmatch(line))
     factor, notes = _height_unit(units_named(of_heights, "m"), str(path), unit)
     sides = _sides(lines, values.shape)

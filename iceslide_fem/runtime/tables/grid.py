@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from iceslide_fem.runtime.arrays import Array
-from iceslide_fem.runtime.tables.cells import MISSING, TextTable, number
+from iceslide_fem.runtime.tables.cells import MISSING, TextTable, is_word, number
 
 EVEN = 1e-3  # tolerance of an even grid, over the spacing
 
@@ -32,6 +32,9 @@ def grid(table: TextTable) -> Grid:
     if corner is not None:
         notes.append("its first row and column hold places, which are left out")
         return Grid(corner, tuple(notes))
+    if table.width > 2 and all(is_word(cells[0]) for cells in table.rows()):
+        notes.append("its first column names the rows and is left out")
+        return Grid(np.column_stack([table.column(i) for i in range(1, table.width)]), tuple(notes))
     values = table.numbers()
     if np.isnan(values[:, -1]).all() and table.separator is not None and not table.heading:
         notes.append("its last column is empty throughout and is taken for missing values")

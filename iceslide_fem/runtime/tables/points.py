@@ -17,7 +17,10 @@ SAME = 1e-6  # of the extent: distance of positions that are the same
 UNEVEN = 0.1  # of the spacing: distance of a point from its place on the grid
 SPARSE = 4  # places per point of a grid, at most
 _STEM = re.compile(r"[\s_\[(/].*")
-_AXES = {"x": {"x", "xcoord", "coord1", "coor1"}, "y": {"y", "ycoord", "coord2", "coor2"}}
+_AXES = {  # of sensors, of Abaqus and of ParaView
+    "x": {"x", "xcoord", "coord1", "coor1", "points:0"},
+    "y": {"y", "ycoord", "coord2", "coor2", "points:1"},
+}
 
 
 class Points(NamedTuple):
