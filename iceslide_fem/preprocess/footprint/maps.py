@@ -138,11 +138,10 @@ def _read_text(text: str, said: str, option: str, si: str) -> _Read:
     if (points := read_points(table, si)) is not None:
         return _Read(points.values, points.units, points.size, (f"{option}: {points.note}",))
     names = {re.sub(r"[\d\W_]+", "", name).casefold() for name in table.heading[1:]} - {""}
-    corner = (table.heading or next(table.rows()))[0].strip('"')
-    if len(names) > 1 or corner.casefold().startswith("time"):
-        given = ", ".join(table.heading or next(table.rows()))
+    first = list(table.heading) or next(table.rows())
+    if len(names) > 1 or first[0].strip('"').casefold().startswith("time"):
         table.refuse(
-            f"has the columns {given[:60]}; allowed: a map, whose columns have no names of their "
+            f"has the columns {', '.join(first)[:60]}; allowed: a map, whose columns have no names of their "
             "own, or x, y and a pressure"
         )
     values, left_out = grid(table)
