@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import functools
 import json
+import threading
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
@@ -23,13 +24,20 @@ from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.files import writing
 from iceslide_fem.runtime.folders import claimed, clear_results, results_in
 from iceslide_fem.runtime.launch import imports_that_stay, started_by_mpirun
-from iceslide_fem.runtime.ranks import from_root
+from iceslide_fem.runtime.ranks import arrive, from_root
 from iceslide_fem.scene import Scene, flat
 from iceslide_fem.scene.fingerprint import fingerprint, scene_hash, versions
+from iceslide_fem.scene.model import FILE_KEYS
 
 if TYPE_CHECKING:
+    from mpi4py import MPI
+
+    from iceslide_fem.runs.observers import Tell
     from iceslide_fem.runs.schedule import Schedule
 
+_FILES = [".".join(place) for place in FILE_KEYS]  # their content counts, by `scene_hash`
+_OWN_RUNS = "run(..., comm=MPI.COMM_SELF) is a run of one rank alone"
+_one_at_a_time = threading.RLock()  # PETSc serves one thread
 # Files of a run that has not yet reached sliding; they may be replaced.
 _WITHOUT_ROWS = {CHECKPOINT, "history.csv", "preload.csv", "stopped.txt", "log.jsonl", "fields"}
 _WITHOUT_ROWS |= {"report.html"}  # it reports this state
@@ -43,22 +51,47 @@ def run(
     resumed: Checkpoint | None = None,
     force: bool = False,
     pictures: bool = True,
+    comm: MPI.Comm | None = None,
+    progress: Tell | None = None,
 ) -> dict[str, Any]:
     """Run `scene`, write histories, summary, fields and report to `out`, return the summary.
 
-    Collective over all ranks of COMM_WORLD; if one rank fails alone, all ranks end. petsc_options:
-    words as on PETSc's command line; schedule: times of checkpoints of a slice or block; resumed:
-    checkpoint in `out` to continue from; force: replace results in `out` of another scene or an
-    unfinished run; pictures: draw the report. Raises SceneError if it may not write to `out`,
+    Collective over the ranks of `comm`, else of COMM_WORLD; if one rank fails alone, all ranks end.
+    Runs of several threads wait for each other. petsc_options: words as on PETSc's command line;
+    schedule: times of checkpoints of a slice or block; resumed: checkpoint in `out` to continue
+    from; force: replace results in `out` of another scene or an unfinished run; pictures: draw the
+    report; progress: is given every row of a slice or block, and stops the run by False. Raises
+    SceneError if it may not write to `out` or its ranks were given different runs,
     SimulationStopped if the run cannot continue, Interrupted after a request to stop, OutputError
     if it cannot write. Accepted steps are always written.
     """
-    scene = resolved(scene)
-    return (
-        _run_point(scene, Path(out), force, pictures)
-        if scene.model == "point"
-        else _run_block(scene, Path(out), petsc_options, schedule, resumed, force, pictures)
-    )
+    out = Path(out)
+    with _one_at_a_time:
+        comm = _world() if comm is None else comm
+        _check_same_run(scene, out, comm)
+        scene = resolved(scene)
+        if scene.model == "point":
+            return _run_point(scene, out, force, pictures, comm)
+        run = functools.partial(_run_block, scene, out, petsc_options, schedule, resumed)
+        return run(force, pictures, comm, progress)
+
+
+def _check_same_run(scene: Scene, out: Path, comm: MPI.Comm | None) -> None:
+    """Raise SceneError on all ranks unless they were given one scene and folder. Collective."""
+    if comm is None or comm.size == 1:
+        return
+    arrive(comm, f"all ranks of one communicator take part in a run; {_OWN_RUNS}")
+    given = comm.allgather((scene, str(out.absolute())))
+    first, folder = given[0]
+    for rank, (other, there) in enumerate(given):
+        apart = difference(first, other.as_dict())
+        if folder != there:
+            apart = apart or f"the folder is {there} there and {folder} here"
+        if apart:
+            raise SceneError(
+                f"ranks 0 and {rank} were given different runs ({apart}): all ranks of one "
+                f"communicator take the same scene and folder; {_OWN_RUNS}"
+            )
 
 
 def kept_run(scene: Scene, directory: Path | str) -> Run:
@@ -96,7 +129,7 @@ def other_results(scene: Scene, out: Path) -> str | None:
         return f"a run that has not finished ({rows} rows): iceslide run --restart {out} goes on"
     try:
         summary = json.loads((out / "summary.json").read_bytes())
-        changed = difference(scene, summary["scene"])
+        changed = difference(scene, summary["scene"], _FILES)
     except (OSError, ValueError, TypeError, KeyError, AttributeError, RecursionError):
         return "results of another command, or of a run that is not whole"
     if changed:
@@ -114,19 +147,21 @@ def _run_block(
     resumed: Checkpoint | None,
     force: bool,
     pictures: bool,
+    comm: MPI.Comm | None,
+    progress: Tell | None,
 ) -> dict[str, Any]:
     from iceslide_fem.fenics.start import options_without_effect, start_petsc
 
-    start_petsc(petsc_options)
+    start_petsc(petsc_options, comm)
     with imports_that_stay():
         from iceslide_fem.fenics.compat import MPI
         from iceslide_fem.runs.block import run_block
         from iceslide_fem.runs.schedule import Schedule
 
-    comm = MPI.COMM_WORLD
+    comm = MPI.COMM_WORLD if comm is None else comm
     with _alone_in(out, scene, force, resumed, comm):
         started = monotonic()
-        entries, stopped = run_block(scene, out, schedule or Schedule(), resumed)
+        entries, stopped = run_block(scene, out, schedule or Schedule(), resumed, comm, progress)
         summary = _summary(scene, entries, started)
         summary["ranks"] = comm.size
         summary["stopped"] = str(stopped) if stopped else None
@@ -142,10 +177,11 @@ def _run_block(
     return summary
 
 
-def _run_point(scene: Scene, out: Path, force: bool, pictures: bool) -> dict[str, Any]:
+def _run_point(
+    scene: Scene, out: Path, force: bool, pictures: bool, comm: MPI.Comm | None
+) -> dict[str, Any]:
     from iceslide_fem.runs.point import point_history
 
-    comm = _world()
     with _alone_in(out, scene, force, None, comm):
         started = monotonic()
         passes: list[PassRow] = []
@@ -167,20 +203,18 @@ def _run_point(scene: Scene, out: Path, force: bool, pictures: bool) -> dict[str
     return summary
 
 
-def _world() -> Any:
-    """The communicator of all ranks, or None for a single process."""
-    if not started_by_mpirun():
-        return None
-    try:
-        from iceslide_fem.fenics.compat import MPI
-    except ImportError:
-        return None
-    return MPI.COMM_WORLD
+def _world() -> MPI.Comm | None:
+    """The communicator of all ranks; None for a single process, or without MPI."""
+    from iceslide_fem.fenics.start import start_mpi
+
+    with suppress(ImportError):
+        return start_mpi().COMM_WORLD if started_by_mpirun() else None
+    return None
 
 
 @contextmanager
 def _alone_in(
-    out: Path, scene: Scene, force: bool, resumed: Checkpoint | None, comm: Any
+    out: Path, scene: Scene, force: bool, resumed: Checkpoint | None, comm: MPI.Comm | None
 ) -> Iterator[None]:
     """Lock `out` for this run, if it may write there. Collective; rank 0 holds the lock."""
     with ExitStack() as claim:

@@ -149,20 +149,29 @@ def test_a_run_is_a_dataset_over_time(point_scene, tmp_path):
 
 
 @pytest.mark.quick
-def test_preload_passes_and_fields_of_a_run(tmp_path, point_scene):
+def test_preload_passes_and_fields_of_a_run(tmp_path, monkeypatch):
     write_run(tmp_path, "slice")
     (tmp_path / "fields").mkdir()
     (tmp_path / "fields" / "rubber.pvd").write_text("", encoding="utf-8")
     found = read_dataset(tmp_path)
-    assert found["preload_normal_force_N"].dims == ("preload_step",)
-    assert list(found["preload_phase"].values[[0, -1]]) == ["press", "ramp"]
+    assert len(found.to_dataframe()) == found.sizes["time_s"]
+    preload = read_dataset(tmp_path, "preload")
+    assert preload["normal_force_N"].dims == ("preload_step",)
+    assert list(preload["phase"].values[[0, -1]]) == ["press", "ramp"]
+    monkeypatch.chdir(tmp_path)
+    found = read_dataset(".")
     assert found.attrs["fields_rubber"] == str(tmp_path / "fields" / "rubber.pvd")
     assert np.isnan(found.attrs["saturation_s"]) and found.attrs["stopped"] == ""
     again = {"load.passes": 2, "load.period": "1 s"}
     scene = iceslide_fem.load_scene(case="thesis_1bar", overrides=POINT | again)
     found = iceslide_fem.run(scene, tmp_path / "passes", pictures=False)
-    assert list(found["pass_number"].values) == [1, 2]
-    assert found["pass_mu_mean"].dims == ("pass_number",) and found["pass"].dims == ("time_s",)
+    passes = read_dataset(tmp_path / "passes", "passes")
+    assert list(passes["pass"].values) == [1, 2] and passes["mu_mean"].dims == ("pass",)
+    assert found["pass"].dims == ("time_s",)
+    with pytest.raises(SceneError, match="has no preload.csv"):
+        read_dataset(tmp_path / "passes", "preload")
+    with pytest.raises(SceneError, match='"probes"; allowed: history, preload, passes'):
+        read_dataset(tmp_path, "probes")
 
 
 @pytest.mark.quick
@@ -178,7 +187,7 @@ def test_a_slice_is_a_dataset_with_its_fields(tmp_path):
     small = {"model": "slice", "numerics.refinement": 0.5, "numerics.tolerance": 1e-2}
     scene = iceslide_fem.load_scene(case="thesis_1bar", overrides=small | {"load.duration": 2e-5})
     found = iceslide_fem.run(scene, tmp_path / "slice", pictures=False)
-    assert found.sizes["time_s"] == found.attrs["steps"] + 1 and found.sizes["preload_step"] > 1
+    assert found.sizes["time_s"] == found.attrs["steps"] + 1
     assert found.attrs["fields_rubber"].endswith("rubber.pvd")
     assert "dolfinx" in found.attrs["versions"]
 

@@ -554,7 +554,7 @@ def test_a_signal_is_heard_between_trials(tmp_path, monkeypatch):
     assert len(state["results"]["rows"]) == 5
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGUSR1, signal.SIGHUP])
 def test_a_signal_leaves_a_checkpoint_and_exit_code_4(number, tmp_path):
     code = interrupted_after(words_of(1, *begin(tmp_path)), tmp_path, 5, number)
     assert code == 4

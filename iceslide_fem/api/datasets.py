@@ -14,16 +14,14 @@ from iceslide_fem.runtime.column_names import attributes_of
 Variables = dict[str, xr.Variable]
 
 
-def variables(
-    columns: Mapping[str, ArrayLike], dimensions: str | Sequence[str], prefix: str = ""
-) -> Variables:
-    """A variable over `dimensions` for each of the `columns`, named by `prefix` and its name."""
+def variables(columns: Mapping[str, ArrayLike], dimensions: str | Sequence[str]) -> Variables:
+    """A variable over `dimensions` for each of the `columns`."""
     found = {}
     for name, values in columns.items():
         array = np.asarray(values)
         if array.dtype.kind == "O":
             array = array.astype(str)
-        found[prefix + name] = xr.Variable(dimensions, array, attributes_of(name))
+        found[name] = xr.Variable(dimensions, array, attributes_of(name))
     return found
 
 

@@ -166,7 +166,7 @@ def wheel(
     if stops := figures["stops"]:
         controls = {"control": list(stops)}
         of_stops = pd.DataFrame(list(stops.values()))
-        stopped = variables({name: of_stops[name] for name in of_stops}, "control", "stop_")
+        stopped = variables({f"stop_{name}": of_stops[name] for name in of_stops}, "control")
         result = result.assign_coords(controls).assign(stopped)
     return result.assign_attrs(_attributes("wheel", figures["source"], folder, figures))
 

@@ -4,13 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Literal
 
 import xarray as xr
 
 from iceslide_fem import results, simulate
 from iceslide_fem.api.datasets import plain_attributes, variables
+from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import Scene, as_toml
 from iceslide_fem.scene.fingerprint import versions_in_words
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+    from iceslide_fem.runs.observers import Tell
+
+_OVER = {"history": "time_s", "preload": "preload_step", "passes": "pass"}  # their dimensions
 
 
 def run(
@@ -20,17 +29,26 @@ def run(
     petsc_options: Sequence[str] = (),
     force: bool = False,
     pictures: bool = True,
+    comm: MPI.Comm | None = None,
+    progress: Tell | None = None,
 ) -> xr.Dataset:
     """Run `scene`, write its results to the folder `out`, and return them as `read_run` does.
 
     `out` is `results/<name>` if it is not given. `force` replaces results of another scene that it
     holds. `pictures`: draw `report.png`, too. `petsc_options` are words as on PETSc's command line.
-    Under mpirun it is collective.
 
-    Raises `SceneError` where `out` is not to be written to or DOLFINx is missing,
-    `SimulationStopped` where the run cannot go on and `Interrupted` where it was asked to stop:
-    `read_run(out)` then gives what was accepted. Raises `OutputError` where a file cannot be
-    written.
+    Under mpirun all ranks of `comm` call it with the same scene and folder, and share the work;
+    `comm` is `MPI.COMM_WORLD` if it is not given. With `comm=MPI.COMM_SELF` every rank runs a scene
+    of its own. Runs in several threads wait for each other: one runs at a time.
+
+    `progress` is called after every step of a slice or block with the row, a dict by column, that
+    was added to `preload.csv` or `history.csv`. If it returns False on any rank, the run stops as
+    after Ctrl-C, with a checkpoint. Signals are handled in the main thread only.
+
+    Raises `SceneError` where `out` is not to be written to, DOLFINx is missing or ranks were given
+    different runs, `SimulationStopped` where the run cannot go on and `Interrupted` where it was
+    asked to stop: `read_run(out)` then gives what was accepted. Raises `OutputError` where a file
+    cannot be written.
 
     ```python
     import iceslide_fem
@@ -42,22 +60,32 @@ def run(
     ```
     """
     folder = Path("results") / scene.name if out is None else Path(out)
-    simulate.run(scene, folder, petsc_options, force=force, pictures=pictures)
+    simulate.run(
+        scene,
+        folder,
+        petsc_options,
+        force=force,
+        pictures=pictures,
+        comm=comm,
+        progress=progress,
+    )
     return read_run(folder)
 
 
-def read_run(folder: Path | str) -> xr.Dataset:
+def read_run(
+    folder: Path | str, table: Literal["history", "preload", "passes"] = "history"
+) -> xr.Dataset:
     """The run in `folder` as a dataset, SI units, temperatures in degC.
 
-    Every column of `history.csv` is a variable over `time_s` (accepted steps,), whose unit is its
-    attribute `units`. Columns of `preload.csv` are over `preload_step` and begin with `preload_`,
-    those of `passes.csv` are over `pass_number` and begin with `pass_`, where there are such files.
+    Every column of the `table` is a variable, whose unit is its attribute `units`: of `history.csv`
+    over `time_s` (accepted steps,), of `preload.csv` over `preload_step`, of `passes.csv` over
+    `pass`.
     Attributes: the numbers of `summary.json` (NaN for an event that did not happen), `warnings`,
     `stopped` (why, else ""), `name`, `model`, `scene` (a scene file's text), `versions`, `folder`,
     and for every time series of fields the path of its list, `fields_rubber` say, which ParaView
-    and pyvista open.
+    and pyvista open. Paths are absolute.
 
-    Raises `SceneError` if the folder holds no finished run.
+    Raises `SceneError` if the folder holds no finished run, or the run has no such table.
 
     ```python
     import iceslide_fem
@@ -67,28 +95,22 @@ def read_run(folder: Path | str) -> xr.Dataset:
     found.sel(time_s=2e-3, method="nearest")["mu"]
     ```
     """
-    return dataset_of(results.read_run(folder))
-
-
-def dataset_of(run: results.Run) -> xr.Dataset:
-    """The dataset of a run that has been read."""
-    data = variables(run.history, "time_s")
-    data |= variables(run.preload, "preload_step", "preload_")
-    if run.passes:
-        numbers, own = run.passes["pass"], dict(run.passes)
-        del own["pass"]
-        data |= variables(own, "pass_number", "pass_")
-        data["pass_number"] = xr.Variable("pass_number", numbers.astype(int), {"units": "1"})
+    if table not in _OVER:
+        raise SceneError(f'read_run has table = "{table}"; allowed: {", ".join(_OVER)}')
+    run = results.read_run(folder)
+    columns = {"history": run.history, "preload": run.preload, "passes": run.passes}[table]
+    if not columns:
+        raise SceneError(f"the run in {folder} has no {table}.csv")
     entries = plain_attributes(run.summary)
     entries["stopped"] = run.summary.get("stopped") or ""
-    series = sorted((run.directory / "fields").glob("*.pvd"))
+    series = sorted((run.directory.absolute() / "fields").glob("*.pvd"))
     attributes = {
         "iceslide_fem": "run",
         "name": run.scene["name"],
         "model": run.scene["model"],
-        "folder": str(run.directory),
+        "folder": str(run.directory.absolute()),
         "versions": versions_in_words(run.summary.get("versions", {})),
         "scene": as_toml(run.scene),
     }
     attributes |= {f"fields_{path.stem}": str(path) for path in series}
-    return xr.Dataset(data, attrs=attributes | entries)
+    return xr.Dataset(variables(columns, _OVER[table]), attrs=attributes | entries)

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from iceslide_fem.runtime.arrays import plain
 from iceslide_fem.scene import Scene, override, put, read_scene, scene_from_dict
 from iceslide_fem.scene.cases import scene_path
 
@@ -19,8 +20,9 @@ def load_scene(
     """Read and validate a scene: the file `path`, or the `case` of that name.
 
     `overrides` replace values by their dotted keys: `{"load.pressure": "3 bar"}`, or texts as for
-    `--set`, `["load.pressure=3bar"]`. Numbers without a unit are SI. `iceslide cases` lists the
-    cases. The scene is frozen; a notebook shows what differs from the defaults.
+    `--set`, `["load.pressure=3bar"]`. Values may be NumPy's. Numbers without a unit are SI.
+    `iceslide cases` lists the cases. The scene is frozen; a notebook shows what differs from the
+    defaults.
 
     Raises `SceneError` with one sentence where the file cannot be read or a value is not possible.
 
@@ -34,7 +36,7 @@ def load_scene(
     data = read_scene(scene_path(path, case))
     if isinstance(overrides, Mapping):
         for key, value in overrides.items():
-            put(data, key, value)
+            put(data, key, plain(value))
     else:
         for change in overrides:
             override(data, change)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from iceslide_fem.runtime.arrays import plain
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import Scene
 from iceslide_fem.workflow.sweep import plan_of, run_sweep, share_cores
@@ -60,4 +61,4 @@ def _values(key: str, values: Any) -> tuple[Any, ...]:
         raise SceneError(
             f'vary has {values!r} for {key}; allowed: a list of values, as in ["1 bar", "2 bar"]'
         )
-    return tuple(value.item() if isinstance(value, np.generic) else value for value in values)
+    return tuple(plain(value) for value in values)

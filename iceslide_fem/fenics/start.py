@@ -11,34 +11,40 @@ import importlib
 import os
 import sys
 from collections.abc import Sequence
+from typing import Any
 
 from iceslide_fem.runtime.errors import SceneError
 
-_PARTS = ("mpi4py", "petsc4py", "dolfinx")
+
+def start_mpi() -> Any:
+    """mpi4py's module `MPI`, which starts MPI. Raises ImportError without it."""
+    # Else Open MPI's hwloc prints a warning in containers without /sys.
+    os.environ.setdefault("HWLOC_HIDE_ERRORS", "2")
+    with contextlib.suppress(ModuleNotFoundError):
+        # the PyPI wheel has to load its own MPI before anything else does
+        importlib.import_module("dolfinx_solver")
+    return importlib.import_module("mpi4py.MPI")
 
 
-def start_petsc(options: Sequence[str] = ()) -> None:
-    """Start MPI and PETSc with `options`, words as on PETSc's command line. Collective.
+def start_petsc(options: Sequence[str] = (), comm: Any = None) -> None:
+    """Start MPI and PETSc with `options`, words as on PETSc's command line.
+
+    Collective over `comm`, or over all ranks without it.
 
     If PETSc is already running (a second run from Python), the options apply from now on. Raises
     SceneError if DOLFINx is not installed.
     """
-    # Else Open MPI's hwloc prints a warning in containers without /sys.
-    os.environ.setdefault("HWLOC_HIDE_ERRORS", "2")
     try:
-        with contextlib.suppress(ModuleNotFoundError):
-            # the PyPI wheel has to load its own MPI before anything else does
-            importlib.import_module("dolfinx_solver")
+        start_mpi()
         if "petsc4py.PETSc" not in sys.modules:
-            importlib.import_module("petsc4py").init(["iceslide", *options])
+            importlib.import_module("petsc4py").init(["iceslide", *options], comm=comm)
         else:
             from petsc4py import PETSc
 
             if any(word.startswith("-log_view") for word in options):
                 PETSc.Log.begin()
             PETSc.Options().insertString(" ".join(options))
-        for part in _PARTS:
-            importlib.import_module(part)
+        importlib.import_module("dolfinx")
     except ImportError as error:
         raise SceneError(
             f"a slice or a block needs DOLFINx, which this Python does not have ({error}): install "

@@ -30,6 +30,7 @@ from iceslide_fem.runtime.ranks import from_root
 if TYPE_CHECKING:
     from iceslide_fem.fenics.compat import MPI
 
+_one_at_a_time = threading.RLock()
 _NAMES = {kind.gmsh: name for name, kind in KINDS.items()}
 _FACETS = {"triangle": "line", "quadrilateral": "line"}
 _FACETS |= {"tetrahedron": "triangle", "hexahedron": "quadrilateral"}
@@ -47,7 +48,9 @@ class DistributedMesh(NamedTuple):
 
 def distribute(tagged: TaggedMesh, comm: MPI.Comm) -> DistributedMesh:
     """Distribute rank 0's mesh over `comm` (`owners`); all ranks give the same names."""
-    from iceslide_fem.fenics import compat  # not needed to read and measure meshes
+    # not needed to read and measure meshes
+    from iceslide_fem.fenics import compat
+    from iceslide_fem.fenics.garbage import keep_until_freed
 
     def shared(nodes: NDArray[np.int32]) -> NDArray[np.int32]:
         nodes = nodes.reshape(-1, tagged.cells.shape[1])
@@ -58,6 +61,7 @@ def distribute(tagged: TaggedMesh, comm: MPI.Comm) -> DistributedMesh:
             _fill(model, tagged)
         dim = tagged.points.shape[1]
         mesh, cell_tags, facet_tags = compat.mesh_from_gmsh(model, comm, 0, dim, shared)
+    keep_until_freed(mesh)
     facets, regions = (
         {name: number for number, name in enumerate(names, 1)}
         for names in (tagged.facets, tagged.named_cells)
@@ -179,26 +183,47 @@ def _quiet_library() -> Iterator[None]:
 
 @contextmanager
 def empty_model() -> Iterator[Any]:
-    """An empty gmsh model; a gmsh session of the caller is unchanged."""
-    own = not gmsh.isInitialized()
-    if own:
-        gmsh.initialize(readConfigFiles=False, interruptible=False)
-    previous = "" if own else gmsh.model.getCurrent()
-    terminal = gmsh.option.getNumber("General.Terminal")
+    """An empty gmsh model with gmsh's default options, for one thread at a time.
+
+    A gmsh session of the caller has its models and options as they were afterwards.
+    """
+    with _one_at_a_time, _own_session() if not gmsh.isInitialized() else _beside_the_callers():
+        gmsh.model.add("iceslide_fem")
+        try:
+            yield gmsh.model
+        finally:
+            gmsh.model.remove()
+
+
+@contextmanager
+def _own_session() -> Iterator[None]:
+    gmsh.initialize(readConfigFiles=False, interruptible=False)
     gmsh.option.setNumber("General.Terminal", 0)
-    gmsh.model.add("iceslide_fem")
     try:
-        yield gmsh.model
+        yield
     finally:
-        gmsh.model.remove()
-        gmsh.option.setNumber("General.Terminal", terminal)
-        if own:
-            gmsh.finalize()
-            if threading.current_thread() is threading.main_thread():
-                for number in (signal.SIGTERM, signal.SIGINT):  # gmsh resets the handlers
-                    signal.signal(number, signal.getsignal(number))
-        elif previous:
-            gmsh.model.setCurrent(previous)
+        gmsh.finalize()
+        if threading.current_thread() is threading.main_thread():
+            for number in (signal.SIGTERM, signal.SIGINT):  # gmsh resets the handlers
+                signal.signal(number, signal.getsignal(number))
+
+
+@contextmanager
+def _beside_the_callers() -> Iterator[None]:
+    model, terminal = gmsh.model.getCurrent(), gmsh.option.getNumber("General.Terminal")
+    gmsh.option.setNumber("General.Terminal", 0)
+    with tempfile.TemporaryDirectory() as folder:
+        options = str(Path(folder) / "callers.opt")  # those that are not the default
+        gmsh.write(options)
+        gmsh.option.restoreDefaults()
+        try:
+            yield
+        finally:
+            gmsh.option.restoreDefaults()
+            gmsh.merge(options)
+            gmsh.option.setNumber("General.Terminal", terminal)
+            if model:
+                gmsh.model.setCurrent(model)
 
 
 def nodes_of(model: Any, cells: IntArray) -> tuple[Array, IntArray]:

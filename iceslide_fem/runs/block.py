@@ -13,6 +13,7 @@ from iceslide_fem.coupling.ledger import Ledger
 from iceslide_fem.coupling.restart import checkpoint_tables, resumed
 from iceslide_fem.coupling.sliding import Rejection, Sliding
 from iceslide_fem.fenics.compat import MPI
+from iceslide_fem.fenics.garbage import freed_at_end
 from iceslide_fem.heat.linear import check_options
 from iceslide_fem.output.history import law_columns, preload_row, slide_row
 from iceslide_fem.output.log import Log
@@ -45,6 +46,7 @@ from iceslide_fem.runs.observers import (
     FieldSeries,
     ProbeSeries,
     Stops,
+    Tell,
     Watch,
 )
 from iceslide_fem.runs.pace import Pace, TimeLimit
@@ -54,6 +56,7 @@ from iceslide_fem.runs.schedule import Schedule
 from iceslide_fem.runs.summary import Results
 from iceslide_fem.runtime.errors import Interrupted, OutputError, SceneError, SimulationStopped
 from iceslide_fem.runtime.folders import clear_results
+from iceslide_fem.runtime.launch import rank
 from iceslide_fem.runtime.ranks import failing_together, from_root
 from iceslide_fem.scene import Scene
 
@@ -63,13 +66,33 @@ def run_block(
     out: Path,
     schedule: Schedule,
     checkpoint: Checkpoint | None,
+    comm: MPI.Comm,
+    tell: Tell | None = None,
 ) -> tuple[dict[str, Any], SimulationStopped | Interrupted | None]:
-    """Run `scene` with results in `out`, from the start or from a `checkpoint`. Collective.
+    """Run `scene` on the ranks of `comm`, from the start or from a `checkpoint`. Collective.
 
-    Returns the entries of its summary (none before sliding), and the reason of an early stop, or
-    None.
+    Results are in `out`; `tell` is given every row (`Watch.tell`). Returns the entries of the
+    summary (none before sliding), and the reason of an early stop, or None.
     """
-    comm, results = MPI.COMM_WORLD, Results()
+    results = Results()
+    try:
+        with freed_at_end():
+            _run(scene, out, schedule, checkpoint, comm, tell, results)
+    except (SimulationStopped, Interrupted) as reason:
+        return results.entries(), reason
+    return results.entries(), None
+
+
+def _run(
+    scene: Scene,
+    out: Path,
+    schedule: Schedule,
+    checkpoint: Checkpoint | None,
+    comm: MPI.Comm,
+    tell: Tell | None,
+    results: Results,
+) -> None:
+    """Run a scene and collect its `results`. Raises SimulationStopped and Interrupted."""
     limit = TimeLimit(scene, comm, schedule.clock)
     state = checkpoint.state if checkpoint is not None else {}
     with failing_together(comm):
@@ -88,36 +111,32 @@ def run_block(
             with contextlib.suppress(OutputError):  # it may be the reason
                 log("stopped", reason=str(error) or type(error).__name__)
 
-    try:
-        with (
-            failing_together(comm, note),
-            Interruption(comm) as interruption,
-            Progress(comm.rank, scene.load.sliding_time) as progress,
-        ):
-            watch = Watch(out, schedule, results, progress, interruption, log, limit)
-            limit.handle_signals("when its mesh is made")
-            begun = "restart" if state else "begin"
-            log(begun, name=scene.name, model=scene.model, ranks=comm.size)
-            if before is None:
-                _bring_to_speed(block, watch)
-                sliding = Sliding(block)
-                before = sliding, Ledger(sliding)
-            _slide(*before, probes, watch, state)
-            for warning in results.entries()["warnings"]:
-                log("warning", text=warning)
-            log("end", time_s=scene.load.sliding_time)
-    except (SimulationStopped, Interrupted) as reason:
-        return results.entries(), reason
-    return results.entries(), None
+    with (
+        failing_together(comm, note),
+        Interruption(comm) as interruption,
+        Progress(rank(), scene.load.sliding_time) as progress,
+    ):
+        watch = Watch(out, schedule, results, progress, interruption, log, limit, tell)
+        limit.handle_signals("when its mesh is made")
+        begun = "restart" if state else "begin"
+        log(begun, name=scene.name, model=scene.model, ranks=comm.size)
+        if before is None:
+            _bring_to_speed(block, watch)
+            sliding = Sliding(block)
+            before = sliding, Ledger(sliding)
+        _slide(*before, probes, watch, state)
+        for warning in results.entries()["warnings"]:
+            log("warning", text=warning)
+        log("end", time_s=scene.load.sliding_time)
 
 
 def _bring_to_speed(block: Block, watch: Watch) -> None:
     """Press the block and bring it to its speed; rows of `preload.csv`."""
-    rank = block.surface.comm.rank
-    if rank == 0:
+    number = block.surface.comm.rank
+    if number == 0:
         write_checkpoint(watch.out, block.scene, {})  # a restart from it starts anew
 
-    with Table(watch.out / "preload.csv", PreloadRow, rank) as preload:
+    with Table(watch.out / "preload.csv", PreloadRow, number) as preload:
 
         def observe(point: PathPoint) -> None:
             row = preload_row(block, point)
@@ -131,6 +150,7 @@ def _bring_to_speed(block: Block, watch: Watch) -> None:
             watch.results.iterations += row.newton_iterations
             mu = row.friction_force_N / row.normal_force_N
             watch.progress.update(0.0, mu, 0.0, row.newton_iterations, row.phase)
+            watch.tell(row)
 
         def handle_signals(where: str) -> None:
             if watch.interruption.requested():
@@ -208,6 +228,7 @@ def _slide(
             probing,
             watch.progress,
             checkpoints,
+            lambda step: watch.tell(step.history_row),
             stops,
             Pace(sliding, checkpoints.save),
         ]

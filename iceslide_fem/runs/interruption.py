@@ -1,4 +1,4 @@
-"""Requests to stop: SIGTERM (a queue's limit) and SIGINT (Ctrl-C), handled between trial steps."""
+"""Requests to stop: by a signal (`launch.STOPS`) or by the caller, handled between trial steps."""
 
 from __future__ import annotations
 
@@ -8,12 +8,13 @@ from typing import Any, Self
 
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.runtime.errors import Interrupted
+from iceslide_fem.runtime.launch import stop_signals
 
-_SIGNALS = (signal.SIGTERM, signal.SIGINT)
+_ASKED = 1000  # a request that is no signal
 
 
 class Interruption:
-    """Context manager that records the first of these signals; a second one ends the process."""
+    """Context manager that records the first request; a second signal ends the process."""
 
     def __init__(self, comm: MPI.Comm) -> None:
         self._comm = comm
@@ -22,7 +23,7 @@ class Interruption:
         self._before: dict[signal.Signals, Any] = {}
 
     def __enter__(self) -> Self:
-        self._before = {number: signal.signal(number, self._note) for number in _SIGNALS}
+        self._before = {number: signal.signal(number, self._note) for number in stop_signals()}
         return self
 
     def __exit__(
@@ -34,19 +35,24 @@ class Interruption:
         for number, handler in self._before.items():
             signal.signal(number, handler)
 
+    def ask(self) -> None:
+        """Ask the run to stop, on this rank."""
+        self._heard = self._heard or _ASKED
+
     def requested(self) -> bool:
         """Whether any rank has been asked to stop. Collective."""
         self._agreed = max(self._agreed, self._comm.allreduce(self._heard, op=MPI.MAX))
         return self._agreed > 0
 
     def error(self, where: str, folder: object) -> Interrupted:
-        """The error to raise, with the signal, `where`, and how to continue."""
+        """The error to raise, with who asked, `where`, and how to continue."""
+        asked = self._agreed == _ASKED
+        who = "the caller's progress function" if asked else signal.Signals(self._agreed).name
         return Interrupted(
-            f"stopped by {signal.Signals(self._agreed).name} {where}; "
-            f"iceslide run --restart {folder} goes on from here"
+            f"stopped by {who} {where}; iceslide run --restart {folder} goes on from here"
         )
 
     def _note(self, number: int, frame: FrameType | None) -> None:
         self._heard = number
-        for each in _SIGNALS:
+        for each in self._before:
             signal.signal(each, signal.SIG_DFL)

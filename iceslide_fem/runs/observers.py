@@ -24,6 +24,9 @@ from iceslide_fem.runs.schedule import FieldTimes, Saves, Schedule
 from iceslide_fem.runs.summary import Results
 from iceslide_fem.runtime.errors import SimulationStopped
 
+# Is given a row that has been written; whether the run should go on (None: yes).
+Tell = Callable[[Mapping[str, Any]], bool | None]
+
 
 class Watch(NamedTuple):
     """Services of a run from its first equilibrium to its last step, and its folder."""
@@ -35,6 +38,15 @@ class Watch(NamedTuple):
     interruption: Interruption
     log: Log
     limit: TimeLimit
+    caller: Tell | None = None
+
+    def tell(self, row: NamedTuple) -> None:
+        """Give the caller a `row` that has been written; its False is a request to stop."""
+        if self.caller is None:
+            return
+        goes_on = self.caller(row._asdict())
+        if goes_on is not None and not goes_on:
+            self.interruption.ask()
 
 
 class FieldSeries:

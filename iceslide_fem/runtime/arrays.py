@@ -1,6 +1,8 @@
-"""Types of the arrays that the package passes around."""
+"""Types of the arrays that the package passes around, and plain values of them."""
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,3 +10,10 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Index = NDArray[np.intp]
+
+
+def plain(value: Any) -> Any:
+    """`value` with Python's own numbers and lists in place of NumPy's."""
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    return [plain(part) for part in value] if isinstance(value, list | tuple) else value

@@ -8,25 +8,39 @@ import gc
 import os
 import signal
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from typing import Any, NoReturn
 
 SECONDS_TO_BE_HEARD = 1.0
+# Ctrl-C; what queues send before a time limit or at an end; what a terminal that closes sends.
+_STOPS = "SIGINT", "SIGTERM", "SIGUSR1", "SIGUSR2", "SIGHUP"
+
+
+def stop_signals() -> list[signal.Signals]:
+    """Signals that ask this thread to stop: none but in the main thread, and none that the caller
+    ignores, as nohup does SIGHUP.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        return []
+    there = [signal.Signals[name] for name in _STOPS if hasattr(signal, name)]
+    return [number for number in there if signal.getsignal(number) is not signal.SIG_IGN]
 
 
 @contextlib.contextmanager
 def termination_as_interrupt() -> Iterator[None]:
-    """Convert SIGTERM (a queue's time limit) to KeyboardInterrupt, so child processes end."""
+    """Convert stop signals to KeyboardInterrupt, so child processes end."""
 
     def interrupt(*_: object) -> NoReturn:
         raise KeyboardInterrupt
 
-    before = signal.signal(signal.SIGTERM, interrupt)
+    before = {number: signal.signal(number, interrupt) for number in stop_signals()}
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 @contextlib.contextmanager
@@ -81,6 +95,14 @@ def stop_all_ranks(exit_code: int) -> None:
 # simultaneous runs share the first cores.
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS")
 _BINDING = ("OMPI_MCA_hwloc_base_binding_policy", "PRTE_MCA_hwloc_default_binding_policy")
+
+
+def module_words(module: str, *words: str) -> list[str]:
+    """Command that runs a module of this program with `words`.
+
+    Without -P a gmsh.py, say, in the working directory would be imported in place of gmsh.
+    """
+    return [sys.executable, "-P", "-m", module, *words]
 
 
 def environment_of_one() -> dict[str, str]:

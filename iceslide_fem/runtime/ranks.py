@@ -14,6 +14,7 @@ from iceslide_fem.runtime.errors import IceslideError
 from iceslide_fem.runtime.launch import stop_all_ranks
 
 PATIENCE = 3.0  # s, time that a failed rank waits for the others to fail, too
+UNUSUAL = 10.0  # s, time after which a rank says that it waits for the others
 _Result = TypeVar("_Result")
 
 
@@ -70,9 +71,22 @@ def failing_together(comm: Any, note: Callable[[Exception], None] | None = None)
     others.Free()
 
 
+def arrive(comm: Any, waits: str) -> None:
+    """Wait for the other ranks; print that this one `waits` if they do not come. Collective."""
+    request = comm.Ibarrier()
+    if not _done(request, UNUSUAL):
+        print(f"Note: rank {comm.rank} waits for the others: {waits}", file=sys.__stderr__)
+        request.Wait()
+
+
 def _all_arrive(comm: Any) -> bool:
     """Whether all ranks arrive here within PATIENCE."""
-    request, end = comm.Ibarrier(), time.monotonic() + PATIENCE
+    return _done(comm.Ibarrier(), PATIENCE)
+
+
+def _done(request: Any, within: float) -> bool:
+    """Whether a request is fulfilled within this time (s)."""
+    end = time.monotonic() + within
     while not request.Test():
         if time.monotonic() > end:
             return False
