@@ -101,6 +101,7 @@ def _exit_code(argv: Sequence[str] | None) -> int:
             stack.enter_context(contextlib.redirect_stdout(silence))
             stack.enter_context(contextlib.redirect_stderr(silence))
         try:
+            _check_working_folder()
             _check_text(sys.argv[1:] if argv is None else argv)
             app(args=argv, prog_name="iceslide")
         except SystemExit as end:  # typer's own: 0 done, 2 wrong usage
@@ -115,6 +116,14 @@ def _exit_code(argv: Sequence[str] | None) -> int:
             stop_all_ranks(1)
             return 1
     return 0
+
+
+def _check_working_folder() -> None:
+    """Raise SceneError if the working folder has been removed."""
+    try:
+        os.getcwd()
+    except OSError as error:
+        raise SceneError(f"the working folder is gone ({error.strerror}): cd to another") from None
 
 
 def _check_text(words: Sequence[str]) -> None:

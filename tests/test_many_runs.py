@@ -1,5 +1,7 @@
 """Many runs in one program: memory, threads, ranks with runs of their own, a caller's gmsh."""
 
+import shlex
+import subprocess
 import threading
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -14,6 +16,8 @@ import iceslide_fem  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.mesh.rubber import tagged_rubber  # noqa: E402
 from iceslide_fem.runtime.errors import Interrupted, SceneError  # noqa: E402
+from iceslide_fem.runtime.launch import environment_of_one, module_words  # noqa: E402
+from iceslide_fem.scene import as_toml  # noqa: E402
 
 pytestmark = [pytest.mark.fe, pytest.mark.once]
 SHORT = {"model": "slice", "load.duration": "0.05 ms", "output.times": 1}
@@ -135,3 +139,40 @@ def test_ranks_with_different_runs_are_refused_together(model, shared):
     with pytest.raises(SceneError, match=r"the folder is .*/1 there and .*/0 here"):
         iceslide_fem.run(scene(model=model), shared / f"{comm.rank}")
     assert not [*shared.iterdir()]
+
+
+def test_a_run_goes_on_in_another_folder_that_has_a_gmsh_of_its_own(tmp_path, monkeypatch):
+    """Files of a scene are found from anywhere; a gmsh.py in the working folder is not imported."""
+    here, there = tmp_path / "here", tmp_path / "there"
+    for folder in (here, there):
+        folder.mkdir()
+    monkeypatch.chdir(here)
+    (here / "contact.csv").write_text("pressure (bar),k,D (um),H_V (um)\n1,0.1,20,1\n5,0.2,30,1\n")
+    text = as_toml({**scene().as_dict(), "film": {"contact": "contact.csv"}})
+    (here / "scene.toml").write_text(text, encoding="utf-8")
+    given = iceslide_fem.load_scene("scene.toml")
+    with pytest.raises(Interrupted):
+        iceslide_fem.run(given, here / "out", progress=lambda row: False)
+    monkeypatch.chdir(there)
+    (there / "gmsh.py").write_text("raise SystemExit('not the library')\n", encoding="utf-8")
+    words = module_words("iceslide_fem.cli", "run", "--restart", str(here / "out"), "--no-report")
+    done = subprocess.run(words, env=environment_of_one(), capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert iceslide_fem.read_run(here / "out").attrs["stopped"] == ""
+
+
+def test_values_of_numpy_are_values():
+    whole = scene(load__passes=np.int64(2), load__period="1 s", load__speed=np.float32(3.0))
+    assert whole.load.passes == 2 and whole.load.speed == 3.0
+    rows = np.array([[0.0, 1e5], [1e-3, 2e5]])
+    assert scene(load__pressure=rows).load.pressure == ((0.0, 1e5), (1e-3, 2e5))
+
+
+def test_a_working_folder_that_is_gone_is_one_sentence(tmp_path):
+    gone = tmp_path / "gone"
+    gone.mkdir()
+    words = module_words("iceslide_fem.cli", "cases")
+    script = f"cd '{gone}' && rmdir '{gone}' && exec {shlex.join(words)}"
+    done = subprocess.run(["sh", "-c", script], capture_output=True, text=True)
+    assert done.returncode == 2
+    assert done.stderr.startswith("iceslide: the working folder is gone")

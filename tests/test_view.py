@@ -1,5 +1,6 @@
 """Pictures of runs, made by a process without DOLFINx, as `iceslide view` does."""
 
+import os
 import subprocess
 import sys
 
@@ -12,6 +13,7 @@ pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 from runs import write_run  # noqa: E402
 from written_fields import TIMES, in_parts, write_fields  # noqa: E402
 
+from iceslide_fem.commands.view import view as view_command  # noqa: E402
 from iceslide_fem.postprocess.report.fields import fields_of  # noqa: E402
 from iceslide_fem.postprocess.results import read_run  # noqa: E402
 from iceslide_fem.runtime.errors import SceneError  # noqa: E402
@@ -73,6 +75,13 @@ def test_animation_has_all_times(tmp_path):
     assert done.returncode == 0, done.stderr
     assert str(tmp_path / "view.gif") in done.stdout.split()
     assert imageio.improps(tmp_path / "view.gif").n_images == len(TIMES)
+
+
+def test_a_folder_that_may_not_be_written_is_one_sentence(tmp_path, monkeypatch):
+    write_run(tmp_path, "point", preload=False)
+    monkeypatch.setattr(os, "access", lambda path, mode: False)  # root may write everywhere
+    with pytest.raises(SceneError, match="cannot write to .* is not a directory one may write to"):
+        view_command(tmp_path)
 
 
 def test_point_has_a_report_only(tmp_path):

@@ -7,7 +7,6 @@ steps.
 from __future__ import annotations
 
 import subprocess
-import sys
 import tempfile
 import threading
 import time
@@ -25,7 +24,7 @@ from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.files import check_writable
 from iceslide_fem.runtime.folders import check_folder
-from iceslide_fem.runtime.launch import environment_of_one
+from iceslide_fem.runtime.launch import environment_of_one, module_words
 from iceslide_fem.scene import Scene
 from iceslide_fem.simulate import other_results
 from iceslide_fem.workflow.sweep.outcome import SENTENCE
@@ -166,7 +165,7 @@ class Runs:
         file = Path(self._scenes.name) / f"{number}.toml"
         write_scene(file, scene)
         log = file.with_suffix(".log")
-        words = [sys.executable, "-m", "iceslide_fem.app.watched", "run"]
+        words = module_words("iceslide_fem.app.watched", "run")
         words += ["--restart", str(out)] if resume else [str(file), "--out", str(out)]
         words += ["--force"] if force and not resume else []
         words += ["--checkpoint-every", "5"]

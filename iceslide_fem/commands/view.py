@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.files import check_writable
 from iceslide_fem.runtime.launch import rank
 
 
@@ -25,6 +26,7 @@ def view(
     if rank() > 0:  # one process makes the pictures
         return
 
+    check_writable(directory)
     from iceslide_fem.postprocess.results.view import view as make_pictures
 
     for picture in make_pictures(directory, animate):

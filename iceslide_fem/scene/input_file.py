@@ -17,7 +17,7 @@ LARGEST_TEXT = 10_000_000  # bytes
 def _regular(path: Path) -> Path:
     if not is_regular(path):
         raise PydanticCustomError("path_not_file", "is not a file")
-    return path
+    return path.absolute()  # valid in another working directory, where a run is continued
 
 
 InputFile = Annotated[Path, AfterValidator(_regular)]  # like pydantic's FilePath, without OSError

@@ -81,7 +81,7 @@ def answer(*words: str) -> Answer:
     """Output of Python, started with `words` in a separate process."""
     try:
         done = subprocess.run(
-            [sys.executable, *words],
+            [sys.executable, "-P", *words],
             stdin=subprocess.DEVNULL,
             capture_output=True,
             text=True,

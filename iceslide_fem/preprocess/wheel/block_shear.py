@@ -10,7 +10,6 @@ import contextlib
 import csv
 import json
 import subprocess
-import sys
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -21,6 +20,7 @@ import tomlkit
 from iceslide_fem.fenics.cache import cache_folder
 from iceslide_fem.runtime.errors import OutputError, SceneError
 from iceslide_fem.runtime.files import replace_file
+from iceslide_fem.runtime.launch import module_words
 from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.scene.fingerprint import fingerprint
 from iceslide_fem.scene.materials import MooneyRivlin
@@ -85,7 +85,7 @@ def _computed(scene: dict[str, Any]) -> float:
     with tempfile.TemporaryDirectory() as folder:
         file, out = Path(folder) / "shear.toml", Path(folder) / "out"
         file.write_text(tomlkit.dumps(scene), encoding="utf-8")
-        words = [sys.executable, "-m", "iceslide_fem.cli", "run", str(file), "--out", str(out)]
+        words = module_words("iceslide_fem.cli", "run", str(file), "--out", str(out))
         try:
             done = subprocess.run(
                 [*words, "--no-report"], capture_output=True, text=True, timeout=PATIENCE

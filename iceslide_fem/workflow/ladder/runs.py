@@ -140,7 +140,7 @@ def write_scene(source: Path, overrides: Sequence[str], level: ModelLevel, path:
         override(document, change)
     scene = load_scene(source, overrides)
     for (table, key), file in scene.files.items():
-        put(document, f"{table}.{key}", str(file.resolve()))
+        put(document, f"{table}.{key}", str(file))
     if ":" in scene.friction.law:
         put(document, "friction.law", scene.friction.law)
     document["model"] = level.model

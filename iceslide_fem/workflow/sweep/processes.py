@@ -23,7 +23,7 @@ import tomlkit
 from iceslide_fem.runs.checkpoint import read_checkpoint
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.files import replace_file
-from iceslide_fem.runtime.launch import environment_of_one
+from iceslide_fem.runtime.launch import environment_of_one, module_words
 from iceslide_fem.runtime.machine import available_cores
 from iceslide_fem.scene import Scene
 from iceslide_fem.workflow.sweep.outcome import SENTENCE, CaseResult, read_outcome
@@ -67,10 +67,7 @@ def scene_file(folder: Path, case: Case) -> Path:
 
 def write_scene(path: Path, scene: Scene) -> None:
     """Write the complete scene to `path`, with absolute paths of its files."""
-    data = scene.model_dump(mode="json", exclude_none=True)
-    for (table, key), file in scene.files.items():
-        data[table][key] = str(file.absolute())
-    replace_file(path, tomlkit.dumps(data))
+    replace_file(path, tomlkit.dumps(scene.model_dump(mode="json", exclude_none=True)))
 
 
 def forms_of(scene: Scene) -> tuple[object, ...]:
@@ -105,7 +102,7 @@ def prepare(folder: Path, cases: Sequence[Case]) -> None:
 def _python(module: str, *words: Any) -> subprocess.CompletedProcess[str]:
     """Run a module of this program as a separate process, without a terminal."""
     return subprocess.run(
-        [sys.executable, "-m", module, *map(str, words)],
+        module_words(module, *map(str, words)),
         env=environment_of_one(),
         stdin=subprocess.DEVNULL,
         capture_output=True,
@@ -147,7 +144,7 @@ def _run(
 ) -> None:
     """Run or continue a case, and wait; its output goes to log.txt in its directory."""
     directory = case_folder(folder, case)
-    words = [sys.executable, "-m", "iceslide_fem.cli", "run", str(scene_file(folder, case))]
+    words = module_words("iceslide_fem.cli", "run", str(scene_file(folder, case)))
     try:
         read_checkpoint(directory)
         words += ["--restart", str(directory)]
