@@ -378,6 +378,22 @@ def test_what_is_wrong_is_said_in_a_sentence(said, tmp_path):
     assert message.startswith(f"rubber.mesh {tmp_path / 'own.inp'}") and message.isprintable()
 
 
+SECTIONS = "*ELSET, ELSET=low\n1, 2\n*ELSET, ELSET=high\n3\n*SOLID SECTION, ELSET=low, MATERIAL="
+SECTIONS += "soft\n*SOLID SECTION, ELSET=high, MATERIAL="
+
+
+def test_several_materials_of_the_rubber_are_refused(tmp_path):
+    assert len(read(f"{SLICE}{SECTIONS}Soft\n", tmp_path).cells) == 3
+    with pytest.raises(SceneError, match='"rubber" has sections of several materials .soft, hard'):
+        read(f"{SLICE}{SECTIONS}hard\n", tmp_path)
+
+
+def test_a_tie_within_the_rubber_is_refused(tmp_path):
+    ends = "*SURFACE, NAME=one\n1, S3\n*SURFACE, NAME=other\n3, S3\n"
+    with pytest.raises(SceneError, match=r"joined by a \*TIE .one, other., which is not read"):
+        read(f"{SLICE}{ends}*TIE, NAME=joint\none, other\n", tmp_path)
+
+
 def test_bytes_that_are_no_text(tmp_path):
     (tmp_path / "own.inp").write_bytes(bytes(range(256)) * 20)
     with pytest.raises(SceneError, match="own.inp"):

@@ -70,8 +70,11 @@ def test_every_suffix_is_read_in_small_letters_and_capitals(suffix, dim, tmp_pat
     same(load_user_mesh(tmp_path / f"OWN{suffix.upper()}", dim), box(dim))
 
 
-def written_by_dolfinx(path, cell="quadrilateral", height=1e-3):
-    """Numbers of cells and of facets by names, of a block whose mesh and tags are in a file."""
+def written_by_dolfinx(path, cell="quadrilateral", height=1e-3, numbers=None):
+    """Counts of cells and of facets by names, of a block whose mesh and tags are in a file.
+
+    numbers: of the names, in one array of tags for cells and one for facets; else an array a name.
+    """
     kind = getattr(mesh.CellType, cell)
     flat = cell == "quadrilateral"
     ends = ([-1e-3, 0.0], [1e-3, height]) if flat else ([-1e-3, -1e-3, 0.0], [1e-3, 1e-3, height])
@@ -87,11 +90,21 @@ def written_by_dolfinx(path, cell="quadrilateral", height=1e-3):
         )
 
     tags = {"rubber": (dim, cells), "contact": (dim - 1, at(0.0)), "plate": (dim - 1, at(height))}
+    groups = {name: [name] for name in tags}
+    if numbers:
+        groups = {f"tags_{dim}": ["rubber"], f"tags_{dim - 1}": ["contact", "plate"]}
+    numbers = numbers or dict.fromkeys(tags, 7)
     with io.XDMFFile(MPI.COMM_SELF, str(path), "w") as file:
         file.write_mesh(block)
-        for name, (of, entities) in tags.items():
-            tag = mesh.meshtags(block, of, np.sort(entities), np.full(len(entities), 7, np.int32))
-            tag.name = name
+        for title, names in groups.items():
+            of, _ = tags[names[0]]
+            entities = np.concatenate([tags[name][1] for name in names])
+            values = np.concatenate(
+                [np.full(len(tags[name][1]), numbers[name], np.int32) for name in names]
+            )
+            order = np.argsort(entities)
+            tag = mesh.meshtags(block, of, entities[order], values[order])
+            tag.name = title
             geometry = () if compat.VERSION.startswith("0.5") else (block.geometry,)
             file.write_meshtags(tag, *geometry)
     return {name: len(entities) for name, (_, entities) in tags.items()}
@@ -109,6 +122,40 @@ def test_a_mesh_and_tags_that_dolfinx_has_written(cell, tmp_path):
     (tmp_path / "own.h5").rename(tmp_path / "other.h5")
     with pytest.raises(SceneError, match="keeps its data in own.h5, which is not beside it"):
         load_user_mesh(tmp_path / "own.xdmf", dim)
+
+
+def test_numbers_that_dolfinx_has_written_get_names(tmp_path):
+    """The same number may be of cells and of facets; numbers without a name are shown."""
+    tags = {"rubber": 1, "contact": 1, "plate": 3}
+    wanted = written_by_dolfinx(tmp_path / "own.xdmf", numbers=tags)
+    found = load_user_mesh(tmp_path / "own.xdmf", 2, tags=tags.items())
+    counts = {name: len(part) for name, part in found.facets.items()}
+    assert {"rubber": len(found.cells), **counts} == wanted
+    with pytest.raises(SceneError, match='"plate"; tags found: contact, tags_1 3'):
+        load_user_mesh(tmp_path / "own.xdmf", 2, tags={**tags, "plate": 2}.items())
+    gmsh_model.save(box(2), tmp_path / "own.msh")
+    with pytest.raises(SceneError, match='"[*].msh" have names; rubber.mesh_tags are of .xdmf'):
+        load_user_mesh(tmp_path / "own.msh", 2, tags=tags.items())
+
+
+@pytest.mark.parametrize("above", [True, False])
+def test_cells_that_are_not_simulated_are_refused_above_the_ice(above, tmp_path):
+    """A steel insert would be a hole; ice below the rubber may be in the same file."""
+    lines = [np.linspace(-1e-3, 1e-3, 5), np.linspace(-1e-3, 1e-3, 9)]
+    whole = tensor_grid(lines, "rubber", {"contact": low, "plate": top})
+    middle = whole.points[whole.cells].mean(axis=1)
+    inside = (middle[:, 1] > 7e-4) & (np.abs(middle[:, 0]) < 5e-4)
+    other = {"ice": np.flatnonzero(middle[:, 1] < 0.0)}
+    if above:
+        other["steel"] = np.flatnonzero(inside)
+    rubber = np.setdiff1d(np.arange(len(middle)), np.concatenate([*other.values()]))
+    mesh_of_both = whole._replace(facets={}, regions={"rubber": rubber, **other})
+    gmsh_model.save(mesh_of_both, tmp_path / "own.msh")
+    said = (
+        '"steel" above the ice, which are not simulated' if above else 'no facets tagged "contact"'
+    )
+    with pytest.raises(SceneError, match=said):
+        load_user_mesh(tmp_path / "own.msh", 2)
 
 
 @pytest.mark.parametrize("suffix", [".inp", ".xdmf"])

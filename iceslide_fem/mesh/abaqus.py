@@ -70,9 +70,30 @@ def load(file: MeshFile) -> TaggedMesh:
                     node_sets.setdefault(shown, set()).update(*some)
                 else:
                     blocks.append(Block(shown, file.dim - 1, _FACET_KINDS[count], _table(some)))
+    _check_one_rubber(file, model)
     sets = {name: np.array(sorted(nodes)) for name, nodes in node_sets.items()}
     points = np.array(model.points)
     return tagged_mesh(file, NamedCells(np.arange(len(points)), points, blocks, sets))
+
+
+def _check_one_rubber(file: MeshFile, model: _Model) -> None:
+    """Raise SceneError if the cells of one of `file.bodies` have several materials, or a *TIE."""
+    for body in file.bodies:
+        if ("ELSET", key(body)) not in model.names:
+            continue
+        cells = set(model.members("ELSET", key(body)))
+        nodes = {node for cell in cells for node in model.elements[cell].nodes}
+        materials, ties = model.materials(cells), model.ties(nodes)
+        if len(materials) > 1:
+            raise SceneError(
+                f'{file}: "{body}" has sections of several materials ({", ".join(materials)}), and '
+                "a scene has one rubber"
+            )
+        if ties:
+            raise SceneError(
+                f'{file}: "{body}" is joined by a *TIE ({ties[0]}), which is not read: mesh both '
+                "parts together, so that they share their nodes"
+            )
 
 
 def _table(rows: Any) -> Any:
@@ -89,7 +110,7 @@ class _Model:
         """Read the scopes. Raises ValueError for an invalid card."""
         self.points: list[Array] = []
         self.elements: list[Element] = []
-        self._dim, self._scopes = dim, [*scopes]
+        self._dim, self._scopes = dim, scopes
         self._places: dict[tuple[str, str, int], int] = {}  # by kind of set, scope, number
         self._sets: dict[tuple[str, str, str], list[Card]] = {}  # by kind, scope, name
         for scope, cards in scopes.items():
@@ -120,6 +141,36 @@ class _Model:
         if having[0] == "" and len(having) > 1 and _unordered(outside) != _unordered(inside):
             raise ValueError("it is one thing in a part and another one outside of the parts")
         return sorted(outside or inside)
+
+    def materials(self, elements: set[int]) -> list[str]:
+        """Materials in the sections of any of the `elements`."""
+        found = {}
+        for scope, card in self._cards("SOLID SECTION"):
+            if card.label("ELSET") and not elements.isdisjoint(
+                self._found("ELSET", scope, card.label("ELSET"), ())
+            ):
+                found[card.label("MATERIAL")] = card.options.get("MATERIAL", "")
+        return list(found.values())
+
+    def ties(self, nodes: set[int]) -> list[str]:
+        """Pairs of surfaces that a *TIE joins, both of them of these `nodes`."""
+        pairs = [line for _, card in self._cards("TIE") for line in card.data]
+        return [
+            pair.strip()
+            for pair in pairs
+            if all(
+                nodes.issuperset(chain(*self._found("SURFACE", "", name, ())))
+                for name in items(pair)
+            )
+        ]
+
+    def _cards(self, keyword: str) -> list[tuple[str, Card]]:
+        return [
+            (scope, card)
+            for scope, cards in self._scopes.items()
+            for card in cards
+            if card.keyword == keyword
+        ]
 
     def _add_nodes(self, scope: str, cards: list[Card]) -> None:
         nodes: dict[int, tuple[float, ...]] = {}

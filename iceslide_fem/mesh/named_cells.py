@@ -6,6 +6,7 @@ faces and cells. Curved cells are refused.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -58,8 +59,9 @@ class MeshFile(NamedTuple):
     """The mesh file at `path` of the scene's `key`.
 
     Its cells of dimension `dim` with the names `bodies` are used, and its facets; the program uses
-    those with the names `parts`. Cells with other names are ignored. If `beside` is given, only
-    these other names are allowed. str() is the begin of a message.
+    those with the names `parts`. If `beside` is given, no other names of cells are allowed; else
+    others are ignored up to height 0, where ice is, and refused above it. tags: numbers that name
+    cells and facets, by name. str() is the begin of a message.
     """
 
     key: str
@@ -68,6 +70,7 @@ class MeshFile(NamedTuple):
     bodies: tuple[str, ...]
     parts: tuple[str, ...]
     beside: tuple[str, ...] | None = None
+    tags: tuple[tuple[str, int], ...] = ()
 
     def __str__(self) -> str:
         return f"{self.key} {self.path}"
@@ -79,9 +82,9 @@ class MeshFile(NamedTuple):
         return f"{first} with {' and '.join(others)}" if others else first
 
 
-def rubber_file(path: Path, dim: int, body: str = "rubber") -> MeshFile:
+def rubber_file(path: Path, dim: int, tags: Iterable[tuple[str, int]] = ()) -> MeshFile:
     """A file with the mesh of a tread block."""
-    return MeshFile("rubber.mesh", path, dim, (body,), RUBBER_PARTS)
+    return MeshFile("rubber.mesh", path, dim, ("rubber",), RUBBER_PARTS, tags=(*tags,))
 
 
 class Block(NamedTuple):
@@ -175,19 +178,24 @@ def _check_once(file: MeshFile, cells: IntArray, names: NDArray[np.str_]) -> Non
 
 
 def _check_others(file: MeshFile, found: NamedCells, cells: IntArray) -> None:
-    """Raise SceneError if cells other than `cells` have a forbidden name."""
-    if file.beside is None:
-        return
-    allowed = {name.casefold() for name in ("", *file.bodies, *file.beside)}
+    """Raise SceneError if cells other than `cells` would be simulated as nothing."""
+    allowed = {name.casefold() for name in ("", *file.bodies, *(file.beside or ()))}
     ours = {frozenset(cell) for cell in cells.tolist()}
+    names = ", ".join(f'"{name}"' for name in file.bodies)
     for block in found.blocks:
         if block.dim != file.dim or block.name.casefold() in allowed:
             continue
-        if any(frozenset(cell) not in ours for cell in block.corners.tolist()):
-            names = ", ".join(f'"{name}"' for name in file.bodies)
+        others = np.array([frozenset(cell) not in ours for cell in block.corners.tolist()])
+        if file.beside is not None and others.any():
             raise SceneError(
                 f'{file} has cells tagged "{block.name}", a name that the scene does not have; '
                 f"allowed: {names}"
+            )
+        above = found.coordinates[_places(file, found.numbers, block), file.dim - 1].mean(axis=1)
+        if (others & (above > 0.0)).any():
+            raise SceneError(
+                f'{file} has cells tagged "{block.name}" above the ice, which are not simulated: '
+                f"they would be a hole; allowed there: {names}"
             )
 
 

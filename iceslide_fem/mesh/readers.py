@@ -61,6 +61,11 @@ def read(
     suffix = file.path.suffix.lower()
     if suffix not in READERS:
         raise SceneError(f"{file}: {_other_format(suffix)}")
+    if file.tags and READERS[suffix] is not vtk_cells.load:
+        raise SceneError(
+            f'{file}: parts of files "*{suffix}" have names; {file.key}_tags are of '
+            f"{', '.join(name for name, reader in READERS.items() if reader is vtk_cells.load)}"
+        )
     tagged = READERS[suffix](file)
     for name in needed:
         if name not in tagged.facets:

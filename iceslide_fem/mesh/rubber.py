@@ -85,7 +85,7 @@ def tagged_rubber(scene: Scene) -> TaggedMesh:
     rubber, refinement = scene.rubber, scene.numerics.refinement
     dim = 2 if scene.model == "slice" else 3
     if rubber.mesh is not None:
-        return load_user_mesh(rubber.mesh, dim, rubber.mesh_unit)
+        return load_user_mesh(rubber.mesh, dim, rubber.mesh_unit, rubber.mesh_tags.items())
     if rubber.outline is not None and dim == 3:
         return outline_mesh(rubber.outline, rubber.height, refinement)
     return block_mesh(built_in_shape(scene), refinement)

@@ -13,7 +13,7 @@ fill the body once (`soundness`). Outer facets have names:
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from pathlib import Path
 
@@ -32,13 +32,15 @@ ICE_PARTS = ("surface", "base", "symmetry")
 ICE_KINDS = ("quadrilateral", "hexahedron")
 
 
-def load_user_mesh(path: Path | str, dim: int, unit: str = "m") -> TaggedMesh:
+def load_user_mesh(
+    path: Path | str, dim: int, unit: str = "m", tags: Iterable[tuple[str, int]] = ()
+) -> TaggedMesh:
     """Read and check a user's mesh of dimension `dim` (2 for a slice, 3 for a block).
 
-    unit: of its coordinates (`readers.UNITS`); the result is in m. Raises SceneError with the file,
-    its fault and the position.
+    unit: of its coordinates (`readers.UNITS`); the result is in m. tags: names and the numbers
+    that stand for them in the file. Raises SceneError with the file, its fault and the position.
     """
-    file = rubber_file(Path(path), dim)
+    file = rubber_file(Path(path), dim, tags)
     return _checked(file, unit, readers.stamps(file))
 
 

@@ -1,6 +1,7 @@
 """Meshes in XDMF (also of DOLFINx), VTU and legacy VTK, read by VTK.
 
-A name is a nonzero cell data array of that name; facets are separate cells. The grids of an XDMF
+A name is a nonzero cell data array of that name, or by `MeshFile.tags` a number in an array of
+whole numbers, as the tags of DOLFINx are; facets are separate cells. The grids of an XDMF
 file may share their points, as mesh and tags of DOLFINx do.
 """
 
@@ -47,25 +48,37 @@ def load(file: MeshFile) -> TaggedMesh:
         if first == count:
             points[first] = own
             count += len(own)
-        blocks += _blocks(arrays, number, first)
+        blocks += _blocks(file, arrays, number, first)
     coordinates = np.concatenate([*points.values()])
     return tagged_mesh(file, NamedCells(np.arange(count), coordinates, blocks, {}))
 
 
-def _blocks(arrays: Mapping[str, Any], number: int, first: int) -> list[Block]:
+def _blocks(file: MeshFile, arrays: Mapping[str, Any], number: int, first: int) -> list[Block]:
     """Named cells of a grid with points numbered from `first`."""
     types, offsets = arrays[f"{number} types"], arrays[f"{number} offsets"]
     nodes, sizes = arrays[f"{number} connectivity"], np.diff(offsets)
     found = []
     for title in (name for name in arrays if name.startswith(f"{number}/")):
-        marked = arrays[title] != 0
-        for type_, size in np.unique(np.stack([types, sizes], axis=1)[marked], axis=0).tolist():
-            cells = np.flatnonzero(marked & (types == type_) & (sizes == size))
+        values, own_name = arrays[title], title.partition("/")[2]
+        tagged = bool(file.tags) and np.array_equal(values, np.round(values))
+        kinds = np.stack([types, sizes, values if tagged else values != 0], axis=1)
+        for type_, size, value in np.unique(kinds, axis=0).astype(int).tolist():
+            if not (tagged or value):
+                continue
+            cells = np.flatnonzero((kinds == (type_, size, value)).all(axis=1))
             table = nodes[offsets[cells][:, None] + np.arange(size)].astype(np.int64) + first
             kind = _KINDS.get((type_, size), f"VTK's type {type_}")
             dim = KINDS[kind].dim if kind in KINDS else 0
-            found.append(Block(title.partition("/")[2], dim, kind, table))
+            name = _name_of(file, dim, value, own_name) if tagged else own_name
+            found.append(Block(name, dim, kind, table))
     return found
+
+
+def _name_of(file: MeshFile, dim: int, number: int, array: str) -> str:
+    """The name that `file.tags` give to cells or facets with this number in an `array`."""
+    names = (name for name, tag in file.tags if tag == number)
+    named = [name for name in names if (name in file.bodies) == (dim == file.dim)]
+    return named[0] if named else f"{array} {number}"
 
 
 def _by_vtk(file: MeshFile, source: Path, target: Path) -> dict[str, Any]:

@@ -78,7 +78,7 @@ def _unused(scene: Scene) -> list[str]:
         shape = ["rubber.length", "rubber.width", "rubber.height"]
         reasons["on the shape of the block, which is that of rubber.mesh"] = shape
     else:
-        reasons["without rubber.mesh"] = ["rubber.mesh_unit"]
+        reasons["without rubber.mesh"] = ["rubber.mesh_unit", "rubber.mesh_tags"]
     if ice.mesh is None:
         reasons["without ice.mesh"] = ["ice.mesh_unit"]
     if scene.rubber.heat != "mesh" and scene.model != "point":

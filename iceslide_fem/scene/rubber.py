@@ -9,6 +9,7 @@ from pydantic import (
     BeforeValidator,
     Field,
     StrictBool,
+    StrictInt,
     field_validator,
     model_validator,
 )
@@ -52,6 +53,9 @@ def _heat(given: Any) -> Any:
     raise PydanticCustomError("form", 'is not available; allowed: true, false or "mesh"')
 
 
+MeshName = Literal["rubber", "contact", "plate", "symmetry", "walls"]
+
+
 class Rubber(Table):
     """The rubber block: a compound or its Mooney-Rivlin constants, size (m), density (kg/m3).
 
@@ -67,7 +71,8 @@ class Rubber(Table):
     the block `stores_water`, their volume. `wall_friction` is the friction coefficient between
     their walls. `outline` is a file of polygons (x, y), the block seen from above, instead of the
     rectangle. `rows` of blocks slide over the ice in succession, with the distance `row_pitch` (m)
-    of leading edges. `mesh` replaces the box by a mesh file with coordinates in `mesh_unit`.
+    of leading edges. `mesh` replaces the box by a mesh file with coordinates in `mesh_unit`,
+    whose names may be the numbers `mesh_tags`.
 
     Viscoelasticity: `prony` has arms [g, tau (s)] with fractions g of the instantaneous modulus.
     `modulus_is` tells which modulus C10 and C01 are. `wlf`, or the rows of `shift_factors`, shift
@@ -114,6 +119,7 @@ class Rubber(Table):
     row_pitch: Length | None = None
     mesh: InputFile | None = None
     mesh_unit: Literal["m", "cm", "mm", "um", "inch"] = "m"
+    mesh_tags: dict[MeshName, Annotated[StrictInt, Field(ge=0)]] = {}
 
     @field_validator("compound")
     @classmethod
