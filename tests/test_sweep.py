@@ -13,6 +13,7 @@ import pytest
 import xarray as xr
 
 import iceslide_fem
+from iceslide_fem.runs.checkpoint import write_checkpoint
 from iceslide_fem.runs.model_levels import resolved
 from iceslide_fem.runs.point import point_history
 from iceslide_fem.runtime.errors import SceneError
@@ -25,7 +26,7 @@ from iceslide_fem.workflow.sweep import points as sweep_points
 from iceslide_fem.workflow.sweep.outcome import read_outcome
 from iceslide_fem.workflow.sweep.plan import value_of
 from iceslide_fem.workflow.sweep.plots import friction_against, maps, plot_sweep
-from iceslide_fem.workflow.sweep.processes import Cores, write_scene
+from iceslide_fem.workflow.sweep.processes import Cores, take_over, write_scene
 from iceslide_fem.workflow.sweep.report_page import warnings_of
 
 CASE = Path(__file__).parent.parent / "cases" / "thesis_1bar.toml"
@@ -49,6 +50,26 @@ def test_cases_are_all_combinations_the_last_key_fastest():
     loads = [(c.scene.load.pressure, c.scene.load.speed, c.scene.ice.heat) for c in plan.cases]
     assert loads[:3] == [(1e5, 1, "column"), (1e5, 1, "half-space"), (1e5, 2, "column")]
     assert len({case.name for case in plan.cases}) == 12
+    assert plan.cases[1].name == "pressure=100kPa__speed=1__heat=half-space"
+    close = ["numerics.tolerance=0.01,0.01000000001", "ice.temperature=-4degC,-10degC"]
+    assert [case.name for case in point_plan(*close).cases][1:3] == [
+        "tolerance=0.01__temperature=-10degC",
+        "tolerance=0.01000000001__temperature=-4degC",
+    ]
+
+
+@pytest.mark.quick
+def test_a_wider_sweep_takes_over_cases_under_their_new_names(tmp_path):
+    """Also unfinished ones; a checkpoint of another scene under a name is removed."""
+    (narrow,) = make_plan(CASE, SLICE, ["load.speed=3"]).cases
+    wide = make_plan(CASE, SLICE, ["load.speed=3,4", "load.pressure=1bar,2bar"]).cases
+    for name, scene in ((narrow.name, narrow.scene), (wide[1].name, wide[2].scene)):
+        (tmp_path / "cases" / name).mkdir(parents=True)
+        write_checkpoint(tmp_path / "cases" / name, scene, {})
+    take_over(tmp_path, wide)
+    assert (tmp_path / "cases" / wide[0].name / "checkpoint").is_file()
+    assert not (tmp_path / "cases" / narrow.name).exists()
+    assert not (tmp_path / "cases" / wide[1].name / "checkpoint").exists()
 
 
 def test_ranges_carry_units_with_an_offset():

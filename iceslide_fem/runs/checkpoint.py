@@ -116,12 +116,23 @@ def scene_there(folder: Path) -> dict[str, Any] | None:
 
     Checkpoints of other versions are included, although no run can continue from them.
     """
+    scene = _header_there(folder).get("scene")
+    return scene if isinstance(scene, dict) else None
+
+
+def fingerprint_there(folder: Path) -> str | None:
+    """Fingerprint of the scene of the checkpoint in `folder`; None without one."""
+    return _header_there(folder).get("fingerprint")
+
+
+def _header_there(folder: Path) -> dict[str, Any]:
+    """What the checkpoint in `folder` says before its arrays; {} without one."""
     with contextlib.suppress(*_NOT_OURS):
         with open(folder / FILE, "rb") as file:
             if file.readline() == _FIRST_LINE and file.readline():
-                scene = json.loads(file.readline())["scene"]
-                return scene if isinstance(scene, dict) else None
-    return None
+                header = json.loads(file.readline())
+                return header if isinstance(header, dict) else {}
+    return {}
 
 
 def read_checkpoint(folder: Path, name: str = FILE) -> Checkpoint:

@@ -30,6 +30,7 @@ from iceslide_fem.workflow.sweep.processes import (
     prepare,
     scene_file,
     share_cores,
+    take_over,
 )
 from iceslide_fem.workflow.sweep.table import done_points, read_sweep, scenes_of_table, write_sweep
 
@@ -125,8 +126,9 @@ def _found(plan: Plan, folder: Path, say: Callable[[str], None]) -> dict[str, Ca
     except SceneError as damaged:
         say(f"Points are computed again: {damaged}")
         points = {}
+    take_over(folder, plan.cases)
     return {
-        case.name: points.get(case.name, NOT_COMPUTED)
+        case.name: points.get(case.fingerprint, NOT_COMPUTED)
         if case.scene.model == "point"
         else read_outcome(case_folder(folder, case), case.scene)
         for case in plan.cases

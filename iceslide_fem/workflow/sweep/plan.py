@@ -25,21 +25,24 @@ from iceslide_fem.scene import (
     scene_from_dict,
     unit_of,
 )
+from iceslide_fem.scene.fields import with_unit
 from iceslide_fem.scene.fingerprint import fingerprint
 from iceslide_fem.scene.messages import shortened
 from iceslide_fem.scene.ranges import read_range
 
 MOST_CASES = 100_000  # of a sweep
+LONGEST_NAME = 150  # characters of a folder
 
 Value = float | str | bool
 _RANGE = re.compile(r"[^:,]+:[^:,]+:\s*[0-9]+\s*")
 
 
 class Case(NamedTuple):
-    """A case: its name (the scene's fingerprint) and its scene."""
+    """A case: its name, which says what differs, its scene, and the fingerprint of the scene."""
 
     name: str
     scene: Scene
+    fingerprint: str
 
 
 class Plan(NamedTuple):
@@ -91,7 +94,39 @@ def plan_of(base: Mapping[str, Any], given: Mapping[str, Sequence[Any]]) -> Plan
     scenes = [resolved(scene) for scene in scenes]  # cases are resolved scenes
     for scene in scenes:
         law_of(scene)  # checked before the first run
-    return Plan(axes, [Case(fingerprint(scene), scene) for scene in scenes])
+    named = zip(_names(axes), scenes, strict=True)
+    return Plan(axes, [Case(name, scene, fingerprint(scene)) for name, scene in named])
+
+
+def _names(axes: Mapping[str, tuple[Value, ...]]) -> list[str]:
+    """Names of all cases, as folders have them: speed=3__temperature=-10degC.
+
+    Snakemake takes no comma in them. Values are exact where six digits do not tell them apart.
+    """
+    last = [key.rpartition(".")[2] for key in axes]
+    words = []
+    for key, values in axes.items():
+        short = key.rpartition(".")[2]
+        title = short if last.count(short) == 1 else key
+        shown = [_shown(key, value) for value in values]
+        if len(set(shown)) < len(shown):
+            shown = [str(value) for value in values]
+        words.append([re.sub(r"[^\w.+=-]+", "-", f"{title}={text}") for text in shown])
+    names = ["__".join(parts) for parts in itertools.product(*words)]
+    if len(set(names)) == len(names) and max(map(len, names)) <= LONGEST_NAME:
+        return names
+    return [f"case{number}" for number in range(1, len(names) + 1)]
+
+
+def _shown(key: str, value: Value) -> str:
+    """A value in a name: lengths and pressures with a prefix, temperatures in degC."""
+    unit = unit_of(key)
+    if isinstance(value, bool | str) or unit is None:
+        text = str(value)
+        return Path(text).stem if Path(text).is_absolute() else text
+    if unit == "K":
+        return f"{value - 273.15:.6g}degC"
+    return f"{value:.6g}" if "/" in unit else with_unit(value, unit).replace(" ", "")
 
 
 def value_of(scene: Scene, key: str) -> Any:

@@ -20,7 +20,9 @@ from typing import Any, NamedTuple
 
 import tomlkit
 
-from iceslide_fem.runs.checkpoint import read_checkpoint
+from iceslide_fem.postprocess.results import read_run
+from iceslide_fem.runs.checkpoint import FILE as CHECKPOINT
+from iceslide_fem.runs.checkpoint import fingerprint_there, read_checkpoint
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.files import replace_file
 from iceslide_fem.runtime.launch import environment_of_one, module_words
@@ -55,6 +57,28 @@ def share_cores(per_case: int, at_a_time: int | None) -> Cores:
 def case_folder(folder: Path, case: Case) -> Path:
     """Directory of a case's run."""
     return folder / "cases" / case.name
+
+
+def take_over(folder: Path, cases: Sequence[Case]) -> None:
+    """Rename the directories of `cases` that another sweep in `folder` has under other names.
+
+    A checkpoint of another scene under the name of a case is removed.
+    """
+    there = {_fingerprint_in(path): path for path in (folder / "cases").glob("*/")}
+    for case in cases:
+        here, old = case_folder(folder, case), there.get(case.fingerprint)
+        if old is not None and not here.exists():
+            old.rename(here)
+        elif fingerprint_there(here) not in (None, case.fingerprint):
+            (here / CHECKPOINT).unlink()
+
+
+def _fingerprint_in(directory: Path) -> str | None:
+    """Fingerprint of the scene of the run in a directory."""
+    try:
+        return fingerprint_there(directory) or str(read_run(directory).summary["fingerprint"])
+    except (SceneError, KeyError):
+        return None
 
 
 def scene_file(folder: Path, case: Case) -> Path:

@@ -19,7 +19,7 @@ from iceslide_fem.scene.fingerprint import scene_hash, versions, versions_in_wor
 from iceslide_fem.workflow.sweep.outcome import CURVES, DONE, SAMPLES, CaseResult
 from iceslide_fem.workflow.sweep.plan import Plan
 
-_TEXT = ("case", "scene_hash", "status", "reason", "warnings")
+_TEXT = ("case", "fingerprint", "scene_hash", "status", "reason", "warnings")
 
 
 def write_sweep(folder: Path, plan: Plan, outcomes: Sequence[CaseResult]) -> xr.Dataset:
@@ -28,6 +28,7 @@ def write_sweep(folder: Path, plan: Plan, outcomes: Sequence[CaseResult]) -> xr.
     rows = [
         {
             "case": case.name,
+            "fingerprint": case.fingerprint,
             "scene_hash": scene_hash(case.scene),
             "status": outcome.status,
             "reason": outcome.reason,
@@ -66,7 +67,7 @@ def scenes_of_table(folder: Path) -> set[str]:
 
 
 def done_points(folder: Path) -> dict[str, CaseResult]:
-    """Outcomes by case of points from an earlier sweep in `folder`.
+    """Outcomes by fingerprint of points from an earlier sweep in `folder`.
 
     Raises SceneError if its arrays are damaged.
     """
@@ -74,7 +75,7 @@ def done_points(folder: Path) -> dict[str, CaseResult]:
         return {}
     dataset = read_sweep(folder)
     try:
-        names = ("case", "status", "warnings")
+        names = ("fingerprint", "status", "warnings")
         cases, status, warnings = (dataset[name].values.ravel() for name in names)
         curves = {name: dataset[name].values.reshape(-1, SAMPLES) for name in CURVES}
     except (KeyError, ValueError) as error:
