@@ -76,7 +76,7 @@ def _poor(found: Characterised) -> list[str]:
     law = found.relaxation.shift(dma.temperature)
     own = _error(found, dma.frequency * law, found.relaxation.prony.times)
     more = _error(found, dma.frequency * law)
-    text += f"; with any number of arms the moduli are off by {more:.2g} instead of {own:.2g}"
+    text += f": with any number of arms the moduli are off by {more:.2g} instead of {own:.2g}"
     if found.factors is not None:
         each = found.factors[np.searchsorted(dma.isotherms, dma.temperature)]
         free = _error(found, dma.frequency * each)

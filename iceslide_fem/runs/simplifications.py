@@ -87,7 +87,7 @@ def model_doubts(scene: Scene) -> list[str]:
     listed = ", ".join(f"{one.name} (up to {100.0 * one.effect:.2g} %)" for one in large)
     return [
         f"the model simplifies what may move mu by more than the tolerance: {listed}, as estimated "
-        "before the run. A finer model does not; iceslide ladder measures it"
+        "before the run. A finer model does not: iceslide ladder measures it"
     ]
 
 

@@ -141,8 +141,8 @@ def _read_text(text: str, said: str, option: str, si: str) -> _Read:
     first = list(table.heading) or next(table.rows())
     if len(names) > 1 or first[0].strip('"').casefold().startswith("time"):
         table.refuse(
-            f"has the columns {', '.join(first)[:60]}; allowed: a map, whose columns have no names of their "
-            "own, or x, y and a pressure"
+            f"has the columns {', '.join(first)[:60]}; allowed: a map, whose columns have no names "
+            "of their own, or x, y and a pressure"
         )
     values, left_out = grid(table)
     named = units_named([*table.above, *table.heading], si) if si else []
