@@ -14,7 +14,7 @@ _ASKED = 1000  # a request that is no signal
 
 
 class Interruption:
-    """Context manager that records the first request; a second signal ends the process."""
+    """Context manager that records requests to stop; a second SIGINT (Ctrl-C) ends the process."""
 
     def __init__(self, comm: MPI.Comm) -> None:
         self._comm = comm
@@ -54,5 +54,5 @@ class Interruption:
 
     def _note(self, number: int, frame: FrameType | None) -> None:
         self._heard = number
-        for each in self._before:
-            signal.signal(each, signal.SIG_DFL)
+        if number == signal.SIGINT:  # queues repeat the others
+            signal.signal(number, signal.SIG_DFL)
