@@ -24,43 +24,56 @@ def as_meshio(tagged):
     return meshio.Mesh(points, blocks, cell_data=data)
 
 
+def write_sets(path, cells, tags, points):
+    """An Abaqus file of cells with sets of elements: tags are name -> a list per block, not 0."""
+    sets = {name: [np.flatnonzero(part) for part in parts] for name, parts in tags.items()}
+    meshio.Mesh(points, cells, cell_sets=sets).write(path, "abaqus")
+
+
 def write_inp(tagged, path):
     """The names as sets of elements."""
     plain = as_meshio(tagged)
-    plain.cell_data = {}
-    names = [*tagged.named_cells, *tagged.facets]
-    named = list(zip(names, plain.cells, strict=True))
-    plain.cell_sets = {
-        name: [np.arange(len(block) if name == other else 0) for other, block in named]
-        for name in names
-    }
-    plain.write(path, "abaqus")
+    write_sets(path, plain.cells, plain.cell_data, plain.points)
 
 
-XDMF = """<Xdmf Version="3.0"><Domain><Grid Name="g">
-<Topology TopologyType="Mixed" NumberOfElements="{count}">{cells}</Topology>
-<Geometry GeometryType="XYZ">{points}</Geometry>{data}</Grid></Domain></Xdmf>"""
-KINDS = {"line": (2, 2), "quad": (5,), "hexahedron": (9,)}  # of XDMF; lines with their length
+KINDS = {"line": "PolyLine", "quad": "Quadrilateral", "hexahedron": "Hexahedron"}  # of XDMF
 
 
-def write_xdmf(tagged, path):
-    """One grid of mixed cells with its numbers in the file itself."""
+def xdmf(points, grids):
+    """The text of an XDMF file with numbers in it: grids are (name, kind, nodes, numbers)."""
 
     def item(values):
         values = np.asarray(values)
         shape, text = " ".join(map(str, values.shape)), " ".join(map(str, values.ravel()))
         kind = "Float" if values.dtype == float else "Int"
-        return f'<DataItem Format="XML" DataType="{kind}" Dimensions="{shape}">{text}</DataItem>'
+        return f'<DataItem Format="XML" NumberType="{kind}" Dimensions="{shape}">{text}</DataItem>'
 
+    text = ""
+    for name, kind, nodes, numbers in grids:
+        nodes = np.asarray(nodes)
+        text += f'<Grid Name="{name}"><Topology TopologyType="{KINDS[kind]}" '
+        text += f'NumberOfElements="{len(nodes)}" NodesPerElement="{nodes.shape[1]}">'
+        text += f"{item(nodes)}</Topology>"
+        if numbers is None:
+            letters = "XY" if points.shape[1] == 2 else "XYZ"
+            text += f'<Geometry GeometryType="{letters}">{item(points)}</Geometry>'
+        else:
+            text += f'<Attribute Name="{name}" Center="Cell">{item(numbers)}</Attribute>'
+        text += "</Grid>"
+    return f'<Xdmf Version="3.0"><Domain>{text}</Domain></Xdmf>'
+
+
+def write_xdmf(tagged, path):
+    """A grid of all cells, and one of tags for each name, as DOLFINx writes them."""
     plain = as_meshio(tagged)
-    cells = [[*KINDS[block.type], *nodes] for block in plain.cells for nodes in block.data]
-    data = "".join(
-        f'<Attribute Name="{name}" Center="Cell">{item(np.concatenate(values))}</Attribute>'
-        for name, values in plain.cell_data.items()
-    )
-    numbers = item([number for cell in cells for number in cell])
-    points = item(np.asarray(plain.points, dtype=float))
-    path.write_text(XDMF.format(count=len(cells), cells=numbers, points=points, data=data))
+    names = [*tagged.named_cells, *tagged.facets]
+    cell = plain.cells[0].type
+    grids = [("mesh", cell, tagged.cells, None)]
+    grids += [
+        (name, block.type, block.data, np.ones(len(block.data), dtype=int))
+        for name, block in zip(names, plain.cells, strict=True)
+    ]
+    path.write_text(xdmf(np.asarray(tagged.points, dtype=float), grids))
 
 
 def needs_med():
@@ -80,7 +93,4 @@ WRITERS = {
     ".med": write_med,
     ".inp": write_inp,
     ".xdmf": write_xdmf,
-    ".xmf": write_xdmf,
-    ".vtu": lambda tagged, path: as_meshio(tagged).write(path, "vtu"),
-    ".vtk": lambda tagged, path: as_meshio(tagged).write(path, "vtk"),
 }

@@ -313,8 +313,8 @@ BAD = {
 
 @pytest.mark.parametrize("message", BAD)
 def test_what_is_wrong_with_a_mesh_is_said_in_a_sentence(message, tmp_path):
-    path = tmp_path / "bad.vtu"
-    WRITERS[".vtu"](BAD[message](), path)
+    path = tmp_path / "bad.inp"
+    WRITERS[".inp"](BAD[message](), path)
     with pytest.raises(SceneError) as refusal:
         load_user_ice(path, 2, "m", ["Steel"])
     said = str(refusal.value)
@@ -328,16 +328,16 @@ def test_a_layer_that_the_scene_does_not_have_is_refused(tmp_path):
         load_user_ice(tmp_path / "own.msh", 2)
     mesh = own_ice(2)
     every = mesh._replace(regions={**mesh.regions, "all": np.arange(len(mesh.cells))})
-    WRITERS[".vtu"](every, tmp_path / "all.vtu")
-    assert set(load_user_ice(tmp_path / "all.vtu", 2, "m", ["Steel"]).regions) == {"ice", "Steel"}
+    WRITERS[".inp"](every, tmp_path / "all.inp")
+    assert set(load_user_ice(tmp_path / "all.inp", 2, "m", ["Steel"]).regions) == {"ice", "Steel"}
 
 
 def test_rubber_in_the_same_file_is_left_out(tmp_path):
     mesh = own_ice(2)
     rubber = mesh._replace(regions={"ice": mesh.regions["ice"], "rubber": mesh.regions["Steel"]})
     facets = {"surface": mesh.facets["surface"]}
-    WRITERS[".vtu"](rubber._replace(facets=facets), tmp_path / "both.vtu")
-    found = load_user_ice(tmp_path / "both.vtu", 2)
+    WRITERS[".inp"](rubber._replace(facets=facets), tmp_path / "both.inp")
+    found = load_user_ice(tmp_path / "both.inp", 2)
     assert len(found.cells) == 8 and set(found.named_cells) == {"ice"}
 
 

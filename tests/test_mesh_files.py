@@ -9,10 +9,9 @@ import pytest
 
 pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 
-import meshio  # noqa: E402
 from dolfinx import io, mesh  # noqa: E402
 from inp_files import SLICE  # noqa: E402
-from mesh_writers import WRITERS, XDMF, needs_med  # noqa: E402
+from mesh_writers import WRITERS, needs_med, write_sets, xdmf  # noqa: E402
 from mpi4py import MPI  # noqa: E402
 
 from iceslide_fem.fenics import compat  # noqa: E402
@@ -187,18 +186,13 @@ SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]) * 1e-3
 LINES = [[0, 1], [2, 3]]
 
 
-def write_vtu(path, cells, tags, points=SQUARE):
-    """A mesh of given cells, with cell data `tags`: name -> one list per block of cells."""
-    meshio.Mesh(points, cells, cell_data=tags).write(path)
-
-
 def test_facets_inside_are_refused(tmp_path):
     points = np.concatenate([SQUARE, SQUARE[3:] + [0, 1e-3, 0], SQUARE[2:3] + [0, 1e-3, 0]])
     cells = [("quad", [[0, 1, 2, 3], [3, 2, 5, 4]]), ("line", [[2, 3], [4, 5]])]
     tags = {"rubber": [[1, 1], [0, 0]], "contact": [[0, 0], [1, 0]], "plate": [[0, 0], [0, 1]]}
-    write_vtu(tmp_path / "inside.vtu", cells, tags, points)
+    write_sets(tmp_path / "inside.inp", cells, tags, points)
     with pytest.raises(SceneError, match='"contact" are not on the outside'):
-        load_user_mesh(tmp_path / "inside.vtu", 2)
+        load_user_mesh(tmp_path / "inside.inp", 2)
 
 
 def test_mixed_cells_are_refused(tmp_path):
@@ -208,15 +202,15 @@ def test_mixed_cells_are_refused(tmp_path):
         "contact": [[0], [0], [1, 0]],
         "plate": [[0], [0], [0, 1]],
     }
-    write_vtu(tmp_path / "mixed.vtu", cells, tags)
+    write_sets(tmp_path / "mixed.inp", cells, tags, SQUARE)
     with pytest.raises(SceneError, match=r"mixes cell types \(quadrilateral, triangle\)"):
-        load_user_mesh(tmp_path / "mixed.vtu", 2)
+        load_user_mesh(tmp_path / "mixed.inp", 2)
 
 
 @pytest.mark.parametrize("bent", [0.0, 0.1e-3])
-@pytest.mark.parametrize("suffix", [".vtu", ".vtk", ".msh", ".med", ".inp"])
+@pytest.mark.parametrize("suffix", [".msh", ".med", ".inp"])
 def test_second_order_cells_count_by_their_corners(suffix, bent, tmp_path):
-    """Written by gmsh or meshio: one square of two second-order triangles."""
+    """Written by gmsh: one square of two second-order triangles."""
     gmsh = pytest.importorskip("gmsh")
     if suffix == ".med":
         needs_med()
@@ -237,18 +231,7 @@ def test_second_order_cells_count_by_their_corners(suffix, bent, tmp_path):
             x, *_ = model.mesh.getNode(nodes[2])
             model.mesh.setNode(nodes[2], x + [bent, 0, 0], [])
         gmsh.option.setNumber("Mesh.SaveGroupsOfElements", 1)
-        gmsh.write(str(tmp_path / f"own{'.msh' if suffix.startswith('.vt') else suffix}"))
-    if suffix.startswith(".vt"):
-        read = meshio.read(tmp_path / "own.msh")
-        groups = read.cell_data["gmsh:physical"]
-        data = {
-            name: [
-                (np.asarray(group) == tag) * (block.dim == dim) * 1
-                for group, block in zip(groups, read.cells, strict=True)
-            ]
-            for name, (tag, dim) in read.field_data.items()
-        }
-        meshio.Mesh(read.points, read.cells, cell_data=data).write(tmp_path / f"own{suffix}")
+        gmsh.write(str(tmp_path / f"own{suffix}"))
     if bent:
         with pytest.raises(SceneError, match="curved second-order cells: the node at"):
             load_user_mesh(tmp_path / f"own{suffix}", 2)
@@ -258,11 +241,9 @@ def test_second_order_cells_count_by_their_corners(suffix, bent, tmp_path):
     assert {name: len(part) for name, part in found.facets.items()} == {"contact": 3, "plate": 1}
 
 
-NAMELESS = XDMF.format(
-    count=1,
-    cells='<DataItem Dimensions="5" Format="XML">5 0 1 2 3</DataItem>',
-    points='<DataItem Dimensions="4 3" Format="XML">0 0 0 1 0 0 1 1 0 0 1 0</DataItem>',
-    data="",
+NAMELESS = xdmf(
+    np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]),
+    [("mesh", "quad", [[0, 1, 2, 3]], None)],
 )
 BAD = {
     ("bad.msh", "this is no mesh"): 'its first line is not "$MeshFormat"',
@@ -273,12 +254,12 @@ BAD = {
     ("bad.inp", "this is no mesh"): "has no *ELEMENT",
     ("bad.xdmf", "this is no mesh"): "is no XDMF file: syntax error: line 1",
     ("bad.xdmf", "<html></html>"): "is no XDMF file: it begins with <html>",
-    ("bad.xdmf", '<Xdmf Version="3.0"><Domain/></Xdmf>'): "can't be read by VTK",
+    ("bad.xdmf", '<Xdmf Version="3.0"><Domain/></Xdmf>'): "holds no grid of cells",
     ("bad.xdmf", NAMELESS): 'no cells tagged "rubber"; tags found: none',
-    ("bad.vtu", "this is no mesh"): "can't be read by VTK",
-    ("bad.vtu", "<VTKFile type='UnstructuredGrid'><Piece/></VTKFile>"): "can't be read by VTK",
-    ("bad.vtk", "this is no mesh"): "can't be read by VTK",
-    ("bad.vtk", "# vtk DataFile Version 3.0\nx\nASCII\nDATASET POLYDATA\n"): "can't be read by VTK",
+    (
+        "bad.vtu",
+        "this is no mesh",
+    ): "files of VTK and others (.vtu) are converted by meshio or gmsh",
     ("bad.bdf", "GRID,1"): "files of Nastran (.bdf) have no names for sets of facets",
     ("bad.nas", "GRID,1"): "files of Nastran (.nas) have no names for sets of facets",
     ("bad.unknown", "this is no mesh"): 'files "*.unknown" are not read; allowed are .msh, .med',

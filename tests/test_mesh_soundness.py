@@ -8,6 +8,8 @@ import pytest
 
 pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 
+from mesh_writers import write_sets  # noqa: E402
+
 from iceslide_fem.mesh import gmsh_model  # noqa: E402
 from iceslide_fem.mesh.grid import tensor_grid  # noqa: E402
 from iceslide_fem.mesh.readers import UNITS  # noqa: E402
@@ -249,8 +251,6 @@ def test_a_facet_of_three_cells_is_refused(tmp_path):
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])
 def test_coordinates_are_numbers(value, tmp_path):
-    import meshio
-
     mesh = box("quadrilateral")
     points = mesh.points.copy()
     points[inner_node(mesh)] = value
@@ -259,9 +259,9 @@ def test_coordinates_are_numbers(value, tmp_path):
         name: [np.full(len(part), float(number == place)) for number, (_, part) in enumerate(cells)]
         for place, name in enumerate(["rubber", *mesh.facets])
     }
-    meshio.Mesh(points, cells, cell_data=data).write(tmp_path / "bad.vtu")
+    write_sets(tmp_path / "bad.inp", cells, data, points)
     with pytest.raises(SceneError, match="the coordinates of 1 of 20 nodes are not finite"):
-        load_user_mesh(tmp_path / "bad.vtu", 2)
+        load_user_mesh(tmp_path / "bad.inp", 2)
 
 
 def test_the_unit_of_a_mesh_is_asked_for(tmp_path):
@@ -302,12 +302,10 @@ def test_options_beside_a_mesh_are_not_read(tmp_path):
 
 
 def test_cells_need_their_nodes(tmp_path):
-    import meshio
-
     points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]) * 1e-3
     for wrong in (7, -1):
         cells = [("quad", [[0, 1, 2, wrong]]), ("line", [[0, 1]])]
         tags = {"rubber": [[1], [0]], "contact": [[0], [1]], "plate": [[0], [0]]}
-        meshio.Mesh(points, cells, cell_data=tags).write(tmp_path / f"bad{wrong}.vtk")
+        write_sets(tmp_path / f"bad{wrong}.inp", cells, tags, points)
         with pytest.raises(SceneError):
-            load_user_mesh(tmp_path / f"bad{wrong}.vtk", 2)
+            load_user_mesh(tmp_path / f"bad{wrong}.inp", 2)

@@ -13,6 +13,7 @@ import inspect
 import itertools
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 from unittest import mock
 
@@ -25,7 +26,7 @@ import basix
 import dolfinx
 import numpy as np
 import ufl
-from dolfinx import fem, jit
+from dolfinx import fem, io, jit
 from dolfinx.fem import petsc as fem_petsc
 from mpi4py import MPI
 from numpy.typing import NDArray
@@ -275,6 +276,22 @@ def cell_measure(mesh: Any, kinds: IntArray) -> Any:
     numbers = np.arange(len(kinds), dtype=np.int32)
     tags = dolfinx.mesh.meshtags(mesh, mesh.topology.dim, numbers, kinds.astype(np.int32))
     return ufl.Measure("dx", domain=mesh, subdomain_data=tags)
+
+
+def open_xdmf(path: Path, in_hdf5: bool) -> Any:
+    """The XDMF file of mesh and tags at `path` for this rank; in_hdf5: where its numbers are."""
+    encodings = io.XDMFFile.Encoding
+    encoding = encodings.HDF5 if in_hdf5 else encodings.ASCII
+    return io.XDMFFile(MPI.COMM_SELF, str(path), "r", encoding)
+
+
+def entity_corners(mesh: Any, dim: int, entities: IntArray) -> IntArray:
+    """Geometry nodes (entities, corners) of entities of a dimension, in DOLFINx's order."""
+    mesh.topology.create_connectivity(dim, mesh.topology.dim)
+    if hasattr(dolfinx.mesh, "entities_to_geometry"):  # since 0.9
+        return np.asarray(dolfinx.mesh.entities_to_geometry(mesh, dim, entities))
+    own = mesh._mesh if hasattr(mesh, "_mesh") else mesh._cpp_object  # 0.5, later
+    return np.asarray(dolfinx.cpp.mesh.entities_to_geometry(own, dim, entities, False))
 
 
 def basix_lagrange(name: str, degree: int) -> Any:

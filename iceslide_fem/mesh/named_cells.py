@@ -19,31 +19,29 @@ from iceslide_fem.runtime.errors import SceneError
 
 
 class Kind(NamedTuple):
-    """A kind of cell: dimension, number of nodes, and its numbers in gmsh and VTK."""
+    """A kind of cell: dimension, number of nodes, and its number in gmsh."""
 
     dim: int
     nodes: int
     gmsh: int
-    vtk: tuple[int, ...]
 
 
 KINDS = {
-    "line": Kind(1, 2, 1, (3, 4)),  # 4: what XDMF calls a polyline
-    "triangle": Kind(2, 3, 2, (5,)),
-    "quadrilateral": Kind(2, 4, 3, (9,)),
-    "tetrahedron": Kind(3, 4, 4, (10,)),
-    "pyramid": Kind(3, 5, 7, (14,)),
-    "wedge": Kind(3, 6, 6, (13,)),
-    "hexahedron": Kind(3, 8, 5, (12,)),
-    "line3": Kind(1, 3, 8, (21, 68)),  # from 68 on: Lagrange cells of any order
-    "triangle6": Kind(2, 6, 9, (22, 69)),
-    "triangle7": Kind(2, 7, 0, (34,)),  # gmsh has none
-    "quadrilateral8": Kind(2, 8, 16, (23,)),
-    "quadrilateral9": Kind(2, 9, 10, (28, 70)),
-    "tetrahedron10": Kind(3, 10, 11, (24, 71)),
-    "wedge15": Kind(3, 15, 18, (26,)),
-    "hexahedron20": Kind(3, 20, 17, (25,)),
-    "hexahedron27": Kind(3, 27, 12, (29, 72)),
+    "line": Kind(1, 2, 1),
+    "triangle": Kind(2, 3, 2),
+    "quadrilateral": Kind(2, 4, 3),
+    "tetrahedron": Kind(3, 4, 4),
+    "pyramid": Kind(3, 5, 7),
+    "wedge": Kind(3, 6, 6),
+    "hexahedron": Kind(3, 8, 5),
+    "line3": Kind(1, 3, 8),
+    "triangle6": Kind(2, 6, 9),
+    "quadrilateral8": Kind(2, 8, 16),
+    "quadrilateral9": Kind(2, 9, 10),
+    "tetrahedron10": Kind(3, 10, 11),
+    "wedge15": Kind(3, 15, 18),
+    "hexahedron20": Kind(3, 20, 17),
+    "hexahedron27": Kind(3, 27, 12),
 }
 RUBBER_PARTS = ("contact", "plate", "symmetry", "walls")  # facets of rubber that the program uses
 STRAIGHT = 1e-3  # of a cell's size: tolerance of a mid-node's position

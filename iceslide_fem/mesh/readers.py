@@ -1,7 +1,7 @@
 """Readers of mesh files, and checks of format, size and facets.
 
 The suffix of a file determines its reader, and the meaning of names: a physical group or a MED
-group (`gmsh_model`), a set or a surface (`abaqus`), cell data that are not zero (`vtk_cells`).
+group (`gmsh_model`), a set or a surface (`abaqus`), tags (`xdmf`).
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from itertools import combinations
 
 import numpy as np
 
-from iceslide_fem.mesh import abaqus, gmsh_model, vtk_cells
+from iceslide_fem.mesh import abaqus, gmsh_model, xdmf
 from iceslide_fem.mesh.named_cells import MeshFile
 from iceslide_fem.mesh.soundness import Fault, place
 from iceslide_fem.mesh.tagged import IntArray, TaggedMesh, among
@@ -26,10 +26,7 @@ READERS: dict[str, Callable[[MeshFile], TaggedMesh]] = {  # by suffixes
     ".msh": gmsh_model.load,
     ".med": gmsh_model.load,
     ".inp": abaqus.load,
-    ".xdmf": vtk_cells.load,
-    ".xmf": vtk_cells.load,
-    ".vtu": vtk_cells.load,
-    ".vtk": vtk_cells.load,
+    ".xdmf": xdmf.load,
 }
 
 
@@ -61,10 +58,9 @@ def read(
     suffix = file.path.suffix.lower()
     if suffix not in READERS:
         raise SceneError(f"{file}: {_other_format(suffix)}")
-    if file.tags and READERS[suffix] is not vtk_cells.load:
+    if file.tags and READERS[suffix] is not xdmf.load:
         raise SceneError(
-            f'{file}: parts of files "*{suffix}" have names; {file.key}_tags are of '
-            f"{', '.join(name for name, reader in READERS.items() if reader is vtk_cells.load)}"
+            f'{file}: parts of files "*{suffix}" have names; {file.key}_tags are of .xdmf'
         )
     tagged = READERS[suffix](file)
     for name in needed:
@@ -81,6 +77,8 @@ def _other_format(suffix: str) -> str:
     allowed = f"allowed are {', '.join(READERS)}"
     if suffix in (".bdf", ".nas", ".fem", ".dat"):
         return f"files of Nastran ({suffix}) have no names for sets of facets; {allowed}"
+    if suffix in (".vtu", ".vtk", ".xmf"):
+        return f"files of VTK and others ({suffix}) are converted by meshio or gmsh; {allowed}"
     what = f'files "*{suffix}" are not read' if suffix else "its name has no suffix"
     return f"{what}; {allowed}; save it as one of these with the program that made it"
 

@@ -18,8 +18,8 @@ def companions(path: Path) -> list[Path]:
 
 def _named(path: Path, depth: int) -> Iterator[Path]:
     suffix = path.suffix.lower()
-    pattern = {".xdmf": _DATA, ".xmf": _DATA}.get(suffix, _INPUT)
-    if depth == DEEPEST or (depth == 0 and suffix not in (".xdmf", ".xmf", ".inp")):
+    pattern = _DATA if suffix == ".xdmf" else _INPUT
+    if depth == DEEPEST or (depth == 0 and suffix not in (".xdmf", ".inp")):
         return
     try:
         with open(path, encoding="utf-8", errors="replace") as file:
