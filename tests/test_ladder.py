@@ -132,6 +132,23 @@ def test_ladder_says_which_level_is_enough_and_writes_it(tmp_path, capsys):
 
 @pytest.mark.fe
 @pytest.mark.once
+@pytest.mark.fe
+def test_a_written_scene_finds_its_files_from_elsewhere(tmp_path, monkeypatch):
+    """Rows of a load are a file beside the scene, and the folder of the result is another one."""
+    from iceslide_fem.workflow.ladder.runs import write_scene
+
+    (tmp_path / "there").mkdir()
+    (tmp_path / "there" / "speed.csv").write_text("time_s,speed_m_per_s\n0,1\n1e-3,2\n")
+    text = CASE.read_text().replace('speed = "3 m/s"', 'speed = "speed.csv"')
+    (tmp_path / "there" / "scene.toml").write_text(text.replace('"7 ms"', '"1 ms"'))
+    monkeypatch.chdir(tmp_path)
+    level = ModelLevel("slice", "column", 1.0)
+    write_scene(Path("there/scene.toml"), [], level, tmp_path / "written.toml")
+    monkeypatch.chdir("/")
+    written = load_scene(tmp_path / "written.toml")
+    assert (written.model, written.load.speeds.largest) == ("slice", 2.0)
+
+
 def test_auto_runs_what_it_says(tmp_path):
     pytest.importorskip("iceslide_fem.fenics.compat")
     from iceslide_fem.simulate import run

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -47,21 +47,24 @@ def read_scene(path: Path | str, overrides: Sequence[str] = ()) -> dict[str, Any
         raise SceneError(f"{path} is nested too deeply") from None
     except ValueError as error:  # invalid TOML, or an integer with thousands of digits
         raise SceneError(f"{path} is not valid TOML: {error}{_hint(text, str(error))}") from None
-    for table, name in FILE_KEYS:
-        values = data.get(table)
-        if isinstance(values, dict) and isinstance(values.get(name), str):
-            values[name] = str(path.parent / values[name])
-    for table, name in ROWS_KEYS:
-        values = data.get(table)
-        if isinstance(values, dict) and names_a_file(values.get(name)):
-            values[name] = str(path.parent / values[name])
-    law = data.get("friction")
-    if isinstance(law, dict) and ":" in str(law.get("law", "")):
-        law["law"] = str(path.parent / law["law"])
+    set_folder(data, path.parent)
     for change in overrides:
         override(data, change)
     _check_depth(path, data)
     return data
+
+
+def set_folder(data: dict[str, Any], folder: Path) -> None:
+    """Put `folder` before the names of files in the tables of a scene, if they are relative."""
+    kinds: list[tuple[Any, Callable[[Any], bool]]] = [
+        *((place, lambda value: isinstance(value, str)) for place in FILE_KEYS),
+        *((place, names_a_file) for place in ROWS_KEYS),
+        (("friction", "law"), lambda value: ":" in str(value)),
+    ]
+    for (table, name), is_file in kinds:
+        values = data.get(table)
+        if isinstance(values, dict) and is_file(values.get(name)):
+            values[name] = str(folder / values[name])
 
 
 def _hint(text: str, error: str) -> str:

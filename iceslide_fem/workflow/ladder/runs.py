@@ -25,8 +25,9 @@ from iceslide_fem.runs.simplifications import Simplifications, simplifications
 from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.runtime.folders import claimed, clear_results
 from iceslide_fem.runtime.ranks import failing_together, from_root
-from iceslide_fem.scene import Scene, load_scene, override, put
+from iceslide_fem.scene import Scene, load_scene, override
 from iceslide_fem.scene.input_file import read_text
+from iceslide_fem.scene.toml import set_folder
 from iceslide_fem.simulate import difference, run
 from iceslide_fem.workflow.ladder.levels import levels, of_mesh
 
@@ -136,13 +137,11 @@ def cheapest_of(outcomes: Sequence[LevelResult], tolerance: float) -> LevelResul
 def write_scene(source: Path, overrides: Sequence[str], level: ModelLevel, path: Path) -> None:
     """Write the scene file `source` with `overrides` on `level`; comments and units stay."""
     document = tomlkit.parse(read_text(source, "the scene file"))
+    set_folder(document, source.absolute().parent)
     for change in overrides:
         override(document, change)
+    set_folder(document, Path.cwd())
     scene = load_scene(source, overrides)
-    for (table, key), file in scene.files.items():
-        put(document, f"{table}.{key}", str(file))
-    if ":" in scene.friction.law:
-        put(document, "friction.law", scene.friction.law)
     document["model"] = level.model
     changes = [f"ice.heat={level.heat}"]
     if level.model != "point" and level.refinement != scene.numerics.refinement:
