@@ -173,13 +173,13 @@ def test_without_the_token_the_browser_shows_what_to_do(served, open_page):
 
 
 def test_every_slider_of_the_line_redraws_what_the_library_computes(served, open_page):
-    page = opened(open_page, served, "#tab=line&thesis_balance=yes")
+    page = opened(open_page, served, "#tab=line&thesis_balance=yes&source=next+pixel")
     wait_drawn(page, count="lines")
     picture = dict(profile="picture", image=PICTURE, legend="556,42,583,378", crop="0,0,540,420")
     for profile in ({}, picture):
         if profile:
             before = drawn(page, "lines")
-            state = {"tab": "line", "thesis_balance": "yes"} | profile
+            state = {"tab": "line", "thesis_balance": "yes", "source": "next pixel"} | profile
             page.evaluate("state => { location.hash = state; }", urlencode(state))
             wait_drawn(page, before, "lines")
         moved = [

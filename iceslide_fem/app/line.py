@@ -63,7 +63,7 @@ def described() -> dict[str, Any]:
         "choices": [
             ("profile", "pressure along the line", ("gaussian", "file", "picture")),
             ("thesis_balance", "the thesis's balance, too", ("no", "yes")),
-            ("source", "its heat comes from", ("next pixel", "moving")),
+            ("source", "its heat comes from", ("moving", "next pixel")),
         ],
         "empty": ["air_temperature"],
         "only": {
