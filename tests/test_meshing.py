@@ -51,6 +51,7 @@ def a_scene(model, length=1e-3, width=1e-3, height=1e-3, refinement=1.0, mesh=No
             height=height,
             mesh=mesh,
             mesh_unit="m",
+            mesh_tags={},
             heat=False,
             outline=None,
             cuts=(),
