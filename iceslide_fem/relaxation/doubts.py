@@ -9,7 +9,7 @@ from iceslide_fem.relaxation.dma_fit import Characterised
 from iceslide_fem.relaxation.prony_fit import fine_grid, spectrum
 from iceslide_fem.relaxation.shift import NoShift
 from iceslide_fem.runtime.arrays import Array
-from iceslide_fem.runtime.units import ZERO_CELSIUS
+from iceslide_fem.runtime.units import ZERO_CELSIUS, celsius
 
 # Errors of a fit above which it is poor: root mean squares of the logarithms, the largest one.
 POOR_STORAGE, POOR_TAN_DELTA, POOR = 0.1, 0.2, np.log(2.0)
@@ -27,7 +27,7 @@ def of_fit(found: Characterised) -> list[str]:
 
 def of_use(relaxation: Relaxation, temperature: float) -> list[str]:
     """Doubts about a compound at a temperature (K), without full stop."""
-    at = _celsius(temperature)
+    at = celsius(temperature)
     if (measured := relaxation.measured) is None:
         if not isinstance(relaxation.shift, NoShift):
             return []
@@ -41,12 +41,12 @@ def of_use(relaxation: Relaxation, temperature: float) -> list[str]:
     if measured[0] == measured[1]:
         wrong = "short" if temperature < measured[0] else "long"
         return [
-            f"{at} is {where}the one isotherm of the rubber, {_celsius(measured[0])}: its times "
+            f"{at} is {where}the one isotherm of the rubber, {celsius(measured[0])}: its times "
             f"are too {wrong} by an unknown factor"
         ]
     nearest = measured[0] if temperature < measured[0] else measured[1]
     return [
-        f"{at} is {where}the nearest isotherm of the rubber, {_celsius(nearest)}: the shift of its "
+        f"{at} is {where}the nearest isotherm of the rubber, {celsius(nearest)}: the shift of its "
         "times is extrapolated"
     ]
 
@@ -68,7 +68,7 @@ def _poor(found: Characterised) -> list[str]:
     means = f"{off.storage:.2g} in {first}"
     if off.tan_delta is not None:
         means += f" and {tan_delta:.2g} in ln tan delta"
-    at = f"{dma.frequency[off.row] / (2.0 * np.pi):.3g} Hz, {_celsius(dma.temperature[off.row])}"
+    at = f"{dma.frequency[off.row] / (2.0 * np.pi):.3g} Hz, {celsius(dma.temperature[off.row])}"
     text = (
         f"the fit is poor: off by {means} (root mean square), and by a factor of "
         f"{np.exp(abs(off.largest)):.2g} in {off.quantity} at {at}"
@@ -96,14 +96,14 @@ def _error(found: Characterised, reduced: Array, times: tuple[float, ...] | None
 def _shift(found: Characterised) -> list[str]:
     result = []
     isotherms = found.dma.isotherms
-    span = f"{isotherms[0] - ZERO_CELSIUS:.4g} to {_celsius(isotherms[-1])}"
+    span = f"{isotherms[0] - ZERO_CELSIUS:.4g} to {celsius(isotherms[-1])}"
     if found.factors is not None:
         decades = np.log10(found.factors / found.relaxation.shift(isotherms))
         worst = int(np.abs(decades).argmax())
         if abs(decades[worst]) > OFF_THE_LAW:
             result.append(
                 f"isotherms are up to {abs(decades[worst]):.2g} decades off the law of the shift "
-                f"({_celsius(isotherms[worst])}): it does not hold for this rubber (--shift table)"
+                f"({celsius(isotherms[worst])}): it does not hold for this rubber (--shift table)"
             )
     if not found.determined:
         result.append(
@@ -117,10 +117,6 @@ def _shift(found: Characterised) -> list[str]:
     ):
         result.append(
             f"one isotherm says nothing about other temperatures: the times are those at "
-            f"{_celsius(isotherms[0])}"
+            f"{celsius(isotherms[0])}"
         )
     return result
-
-
-def _celsius(temperature: float) -> str:
-    return f"{temperature - ZERO_CELSIUS:.4g} degC"

@@ -17,7 +17,7 @@ from iceslide_fem.relaxation.prony_fit import spectrum
 from iceslide_fem.relaxation.shift import GAS_CONSTANT, Shift, ShiftTable
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.runtime.units import ZERO_CELSIUS
+from iceslide_fem.runtime.units import celsius
 
 PER_DECADE = 4.0  # times per decade of the spectrum
 FURTHEST = 1.5  # decades, largest total correction of the first shifts
@@ -72,7 +72,7 @@ def _between(dma: Dma, cold: float, warm: float, said: str) -> float:
             for curve in curves
         )
         raise SceneError(
-            f"{said}: the isotherms of {_celsius(cold)} and {_celsius(warm)} do not overlap, with "
+            f"{said}: the isotherms of {celsius(cold)} and {celsius(warm)} do not overlap, with "
             f"storage moduli of {ranges}; needed: temperatures closer to each other, more "
             "frequencies, or the constants of a WLF shift"
         )
@@ -126,11 +126,7 @@ def _table(temperatures: Array, logs: Array) -> ShiftTable:
 
 
 def _above(arrhenius_below: float | None) -> str:
-    return "" if arrhenius_below is None else f" from {_celsius(arrhenius_below)} on"
-
-
-def _celsius(temperature: float) -> str:
-    return f"{temperature - ZERO_CELSIUS:.4g} degC"
+    return "" if arrhenius_below is None else f" from {celsius(arrhenius_below)} on"
 
 
 def _wlf(temperatures: Array, logs: Array, said: str) -> tuple[Shift, bool]:
@@ -166,7 +162,7 @@ def _arrhenius(shift: Shift, temperatures: Array, logs: Array, below: float, sai
     energy = GAS_CONSTANT * float(inverse @ further) / float(inverse @ inverse)
     if energy <= 0.0:
         raise SceneError(
-            f"{said}: isotherms below {_celsius(below)} do not relax more slowly the colder they "
+            f"{said}: isotherms below {celsius(below)} do not relax more slowly the colder they "
             "are; allowed: no Arrhenius shift, or one below another temperature"
         )
     return Shift(shift.C1, shift.C2, shift.reference, below, energy)

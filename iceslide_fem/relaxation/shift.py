@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from iceslide_fem.runtime.arrays import Array
-from iceslide_fem.runtime.units import ZERO_CELSIUS
+from iceslide_fem.runtime.units import celsius
 
 GAS_CONSTANT = 8.314462618  # J/(mol K)
 
@@ -56,10 +56,10 @@ class Shift:
     def words(self) -> str:
         """The law and its constants for a reader."""
         text = f"WLF: C1 = {self.C1:.4g} (log10), C2 = {self.C2:.4g} K, reference "
-        text += _celsius(self.reference)
+        text += celsius(self.reference)
         if self.activation_energy:
             text += f"; {self.activation_energy / 1e3:.4g} kJ/mol below "
-            text += _celsius(self.arrhenius_below)
+            text += celsius(self.arrhenius_below)
         return text
 
 
@@ -101,7 +101,7 @@ class ShiftTable:
     @property
     def words(self) -> str:
         """The law and its constants for a reader."""
-        reference = f"reference {_celsius(self.reference)}"
+        reference = f"reference {celsius(self.reference)}"
         (T1, T2), (log1, log2) = self.temperatures[:2], self.logs[:2]
         if len(self.logs) > 2:
             return f"{len(self.logs)} factors, {reference}"
@@ -124,7 +124,3 @@ class NoShift:
 
 
 AnyShift = Shift | ShiftTable | NoShift
-
-
-def _celsius(temperature: float) -> str:
-    return f"{temperature - ZERO_CELSIUS:.4g} degC"

@@ -114,6 +114,11 @@ def si_unit(text: str, unit: str) -> str | None:
     return written
 
 
+def celsius(temperature: float) -> str:
+    """A temperature (K) as a message says it: 269.15 is "-4 degC"."""
+    return f"{temperature - ZERO_CELSIUS:.4g} degC"
+
+
 def readable(value: float, unit: str) -> str:
     """`value` in `unit` with three digits and a suitable prefix: 8.8e-5, "m" is "88 µm"."""
     rounded = float(f"{value:.3g}")  # before the prefix is chosen: avoids 1000 pm
