@@ -13,11 +13,8 @@ from PIL import Image
 
 from iceslide_fem.cli import main
 from iceslide_fem.preprocess.footprint.map_file import write_maps
-from iceslide_fem.preprocess.footprint.outlines import patch_outline
 from iceslide_fem.preprocess.footprint.synthetic import Tread, coloured_picture, grey_picture, save
-from iceslide_fem.scene import load_scene
 from iceslide_fem.scene.fingerprint import sources_hash
-from iceslide_fem.scene.outline_file import area, read_outline
 
 ROOT = Path(__file__).parent.parent
 SHAPE, HIGH = (84, 108), 4e5
@@ -34,11 +31,11 @@ def iceslide(*arguments):
 
 @pytest.fixture(scope="module")
 def surveyed(tmp_path_factory):
-    """A grey footprint at a given load, with scenes."""
+    """A grey footprint at a given load."""
     folder = tmp_path_factory.mktemp("footprint")
     picture = save(grey_picture(TRUTH, HIGH), folder / "grey.png")
     out = folder / "out"
-    code = iceslide("footprint", picture, *OPTIONS, "--load", "3kN", "--scenes", 2, "--out", out)
+    code = iceslide("footprint", picture, *OPTIONS, "--load", "3kN", "--out", out)
     assert code == 0
     return out
 
@@ -118,40 +115,6 @@ def test_pressures_outside_the_table_are_counted_and_said(tmp_path):
     assert not any("mu rises to" in said for said in figures["warnings"])
 
 
-def test_an_outline_is_that_of_the_patch():
-    y, x = np.mgrid[-30:31, -40:41] + 0.0
-    disc = (x / 35) ** 2 + (y / 25) ** 2 < 1.0
-    disc &= (x - 10) ** 2 + y**2 > 6.0**2
-    outer, hole = patch_outline(disc, 1e-3, 1e-3)
-    assert np.abs(area(outer)) == pytest.approx(np.pi * 35 * 25 * 1e-6, rel=0.02)
-    assert np.abs(area(hole)) == pytest.approx(np.pi * 36 * 1e-6, rel=0.1)
-    assert hole.mean(axis=0) == pytest.approx([10e-3, 0.0], abs=0.5e-3)
-    within = np.hypot(outer[:, 0] / 35e-3, outer[:, 1] / 25e-3)
-    assert np.abs(within - 1.0).max() < 0.04 and len(outer) < 60
-
-
-def test_scenes_are_ready(surveyed):
-    scenes = [load_scene(path) for path in sorted((surveyed / "scenes").glob("*.toml"))]
-    assert [scene.name for scene in scenes] == ["block_01", "block_02"]
-    assert scenes[0].load.pressure < scenes[1].load.pressure
-    assert all(0.01 < scene.rubber.length < 0.06 for scene in scenes)
-    assert all(scene.ice.motion == "sliding" for scene in scenes)
-    for scene in scenes:  # the smoothed patch is as large as its pixels
-        outer, *_ = read_outline(scene.rubber.outline, "rubber.outline")
-        wanted = scene.rubber.length * scene.rubber.width
-        assert abs(area(outer)) == pytest.approx(wanted, rel=0.1)
-
-
-@pytest.mark.fe
-def test_a_scene_runs(surveyed, tmp_path):
-    pytest.importorskip("iceslide_fem.fenics.compat")
-    scene = surveyed / "scenes" / "block_01.toml"
-    small = ["--set", "load.duration=0.3ms", "--set", "numerics.refinement=0.5"]
-    command = [sys.executable, "-m", "iceslide_fem.cli", "run", str(scene), *small]
-    subprocess.run([*command, "--out", str(tmp_path)], check=True, capture_output=True)
-    assert json.loads((tmp_path / "summary.json").read_text())["mu_end"] > 0.0
-
-
 def test_a_coloured_picture_gives_the_same_as_the_grey_one(surveyed, tmp_path):
     picture, legend = coloured_picture(TRUTH, HIGH, "viridis")
     path = save(picture, tmp_path / "coloured.png")
@@ -176,8 +139,6 @@ def test_a_coloured_picture_gives_the_same_as_the_grey_one(surveyed, tmp_path):
         (["grey.png", *OPTIONS, "--threshold", "3.99bar"], "no pixel is in contact"),
         (["grey.png", *OPTIONS, "--legend", "0,0,999,9"], "is outside the picture"),
         (["grey.png", *OPTIONS, "--colormap", "jet"], "are not those of the bar"),
-        (["grey.png", *OPTIONS, "--scenes", "999"], "is more than the"),
-        (["grey.png", *OPTIONS, "--slip", "1e-6", "--scenes", "1"], "load.duration"),
         (["grey.png", *OPTIONS, "--out", "grey.png"], "is not a directory one may write to"),
     ],
 )
@@ -191,18 +152,13 @@ def test_wrong_input_is_a_sentence_and_exit_code_2(arguments, words, tmp_path, m
     assert [path.name for path in tmp_path.iterdir()] == ["grey.png"]
 
 
-def test_scenes_of_an_earlier_run_go_and_what_cannot_be_written_is_named(
+def test_results_of_an_earlier_run_go_and_what_cannot_be_written_is_named(
     tmp_path, capsys, monkeypatch
 ):
     picture = save(grey_picture(TRUTH, HIGH), tmp_path / "grey.png")
     out = tmp_path / "out"
-    for count in (2, 1):
-        words = ("--scenes", count, "--force", "--out", out)
-        assert iceslide("footprint", picture, *OPTIONS, *words) == 0
-    names = sorted(path.name for path in (out / "scenes").iterdir())
-    assert names == ["block_01.csv", "block_01.toml"]
-    assert capsys.readouterr().out.count("block_02") == 2
-    (out / "scenes" / "mine.toml").write_text("a scene of one's own")
+    assert iceslide("footprint", picture, *OPTIONS, "--out", out) == 0
+    (out / "mine.toml").write_text("a scene of one's own")
 
     def full(*_):
         raise OSError(28, "No space left on device")
@@ -210,7 +166,8 @@ def test_scenes_of_an_earlier_run_go_and_what_cannot_be_written_is_named(
     monkeypatch.setattr("iceslide_fem.preprocess.footprint.command.draw_maps", full)
     assert iceslide("footprint", picture, *OPTIONS, "--force", "--out", out) == 3
     assert "cannot write" in capsys.readouterr().err
-    assert [path.name for path in (out / "scenes").iterdir()] == ["mine.toml"]
+    assert [path.name for path in out.glob("*.png")] == []
+    assert (out / "mine.toml").read_text() == "a scene of one's own"
 
 
 def test_only_rank_0_works(tmp_path):
@@ -240,4 +197,3 @@ def test_the_example_runs(tmp_path):
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert "truth" in done.stdout
-    assert len(list((tmp_path / "scenes").glob("*.toml"))) == 3

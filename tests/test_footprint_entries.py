@@ -381,7 +381,6 @@ LINE, PIXELS = "x_m,pressure_Pa\n0,1e5\n1e-3,2e5\n", ["--length", "180mm", "--wi
         (LINE, ["--line", "f", "--length", "1m"], "--length does not fit --line"),
         (LINE, ["--line", "f", "--pressure-map", "f"], "give one of IMAGE, --pressure-map, --line"),
         (LINE, [], "given: none of them"),
-        (LINE, ["--line", "f", "--scenes", "1"], "does not fit one line"),
         (
             LINE,
             ["--gaussian", "180mm"],

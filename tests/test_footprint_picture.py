@@ -266,7 +266,6 @@ def test_wrong_readings_are_refused(tmp_path, options, words):
         ({**SIZE, "legend": "1,2,3,4", "colormap": "jet"}, "contradict each other"),
         ({**SIZE, "compound": "A"}, "no published contact parameters"),
         ({**SIZE, "load": float("nan")}, "--load = NaN is out of range"),
-        ({**SIZE, "scenes": "some"}, "--scenes"),
         ({**SIZE, "lenght": 1.0}, "did you mean"),
     ],
 )

@@ -1,11 +1,10 @@
 #!/usr/bin/env python3
-"""A synthetic footprint through the whole chain: picture, pressure, film, scenes of its blocks.
+"""A synthetic footprint through the whole chain: picture, pressure, film.
 
     python cases/footprint/synthetic_tread.py [--pixels 540] [--out results/synthetic_tread]
 
 Makes the picture of a tread whose pressure is known (JPEG, with a legend), reads it as
-`iceslide footprint` does, and prints what was read beside the truth. The scenes run with
-`iceslide run OUT/scenes/block_01.toml`.
+`iceslide footprint` does, and prints what was read beside the truth.
 """
 
 from __future__ import annotations
@@ -39,7 +38,6 @@ def main() -> None:
             "max_pressure": HIGH,
             "legend": ",".join(map(str, legend)),
             "crop": f"0,0,{shape[1]},{shape[0]}",
-            "scenes": 3,
         },
         arguments.out,
     )

@@ -78,8 +78,6 @@ def footprint(
     lug: options.Lug = None,
     aggregate: Annotated[Text, option("G/M2", "Spread on the ice, in (1.2).", "0")] = None,
     tolerance: options.Tolerance = None,
-    scenes: Annotated[Text, option("N", "Write scenes of N representative blocks.", "0")] = None,
-    tread_height: Annotated[Text, option("M", "Height of their blocks.", "8mm")] = None,
     out: Annotated[
         Path | None, folder_option("Where to write; else results/<name of the picture>.")
     ] = None,
@@ -101,13 +99,6 @@ def footprint(
     show_notes(figures["warnings"])
     if not no_report:
         leave_report(directory)
-    for pattern in (
-        "*.png",
-        "line.csv",
-        "footprint.vti",
-        "*.html",
-        "summary.json",
-        "scenes/block_*",
-    ):
+    for pattern in ("*.png", "line.csv", "footprint.vti", "*.html", "summary.json"):
         for path in sorted(directory.glob(pattern)):
             typer.echo(str(path))

@@ -60,8 +60,6 @@ RESULTS = {
         "line.csv",
         "line.png",
         "report.html",
-        "scenes/block_*.toml",
-        "scenes/block_*.csv",
     ),
     "roughness": (
         "contact.csv",
@@ -86,7 +84,7 @@ RESULTS = {
         "report.html",
     ),
 }
-FOLDERS = ("fields", "cases", "scenes", "point_*", "slice_*", "block_*")
+FOLDERS = ("fields", "cases", "point_*", "slice_*", "block_*")
 # Allowed beside results, and kept: scenes, and files of a queue or a sweep.
 BESIDE = ("*.toml", "*.log", "log.txt", "slurm-*", ".*")
 

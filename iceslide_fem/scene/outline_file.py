@@ -1,4 +1,4 @@
-"""The outline of a block as a file of polygons in the ice plane, as `footprint` writes it."""
+"""The outline of a block as a file of polygons in the ice plane."""
 
 from __future__ import annotations
 

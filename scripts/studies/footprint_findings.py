@@ -184,15 +184,6 @@ def film_over_pixels() -> None:
     show("Film law over pixel size", ["pixels", "size", "mean mu", "melting", "saturated"], rows)
 
 
-def single_blocks() -> None:
-    """The film law along a line of uniform pressure: the blocks of the example's scenes."""
-    for pressure, length in ((1.9263, 23.33e-3), (2.3344, 26e-3), (2.6785, 26e-3)):
-        line = PressureMap(np.full((1, 400), pressure * BAR), length / 400, 1e-3)
-        film = film_map(line, Ride(V, V, 273.15 + T_0), CONTACT_TABLES["B"], 1e-3)
-        mu = film.mean_friction(line)
-        print(f"{pressure} bar, {1e3 * length:g} mm on fresh ice: mean mu {mu:.4f}")
-
-
 def formulas() -> None:
     """Base lines at 2.2 bar, 3 m/s, -4 degC, 0.135 m."""
     p, length = 2.2e5, 0.135
@@ -294,7 +285,6 @@ def main() -> None:
     line_of_the_thesis()
     friction_by_balance()
     film_over_pixels()
-    single_blocks()
     formulas()
     draw_line(arguments.pictures / "footprint_line.png")
 

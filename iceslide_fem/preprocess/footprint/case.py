@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Annotated, Self
 
-from pydantic import ConfigDict, Field, StrictBool, model_validator
+from pydantic import ConfigDict, StrictBool, model_validator
 
 from iceslide_fem.preprocess.footprint.film_options import FilmOptions
 from iceslide_fem.preprocess.footprint.jaeger import TABLE_1_ICE, TABLE_1_RUBBER
 from iceslide_fem.preprocess.footprint.macroscopic import Macroscopic
-from iceslide_fem.preprocess.footprint.option_values import Length, SolidText
+from iceslide_fem.preprocess.footprint.option_values import SolidText
 from iceslide_fem.preprocess.footprint.ride import Ride
 from iceslide_fem.preprocess.footprint.source_options import SourceOptions
 from iceslide_fem.scene.command_options import Number, option_names
@@ -54,8 +54,6 @@ class FootprintCase(SourceOptions, FilmOptions):
     )
     thesis_balance: StrictBool = False
     aggregate: Annotated[float, Quantity("g/m^2", "0 g/m^2", "1000 g/m^2"), Number] = 0.0
-    scenes: Annotated[int, Field(ge=0, le=1000)] = 0
-    tread_height: Length = 8e-3
 
     @model_validator(mode="after")
     def _of_the_balance(self) -> Self:
@@ -72,10 +70,6 @@ class FootprintCase(SourceOptions, FilmOptions):
         for name in ("temperature_map", "state_map"):
             if made and name in self.model_fields_set:
                 raise ValueError(f"{_named(name)} does not fit {_named(made)}")
-        if self.one_line and self.scenes:
-            raise ValueError(
-                "--scenes takes the blocks of a whole footprint: it does not fit one line"
-            )
         return self
 
     @property

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from iceslide_fem.preprocess.footprint.blocks import scene_files
 from iceslide_fem.preprocess.footprint.case import FootprintCase
 from iceslide_fem.preprocess.footprint.figures import draw_comparison, draw_line, draw_maps
 from iceslide_fem.preprocess.footprint.map_file import write_maps
@@ -38,18 +37,16 @@ def run(values: Mapping[str, Any], out: Path, force: bool = False) -> tuple[Surv
     """Survey the footprint that `values` describe (see `FootprintCase`) and write it to `out`.
 
     Writes summary.json, footprint.vti, pressure.png, temperature.png, wet_dry.png, mu.png,
-    comparison.png, with the thesis's balance thesis.png, and scenes/block_*, of a line
-    summary.json, line.csv and line.png; returns the survey and the content of summary.json. Earlier
-    results of the same footprint are replaced, with `force` any results. Raises SceneError, before
-    anything is written, if the input is invalid or `out` must not be used, and OutputError if a
-    file cannot be written.
+    comparison.png, and with the thesis's balance thesis.png, of a line summary.json, line.csv and
+    line.png; returns the survey and the content of summary.json. Earlier results of the same
+    footprint are replaced, with `force` any results. Raises SceneError, before anything is written,
+    if the input is invalid or `out` must not be used, and OutputError if a file cannot be written.
     """
     begun = time.perf_counter()
     case = FootprintCase.of(values)
     here = case.model_dump(mode="json")
     with claimed(out, partial(other_case, "summary.json", here), force, case.files):
         read = read_footprint(case)
-        scenes = scene_files(case, read.pressure_map)
         with LongTask(1.0) as shown:
             result = survey(
                 case, read, lambda part: shown.show(part, f"film below {part:.0%} of the pixels")
@@ -63,12 +60,8 @@ def run(values: Mapping[str, Any], out: Path, force: bool = False) -> tuple[Surv
                 write_maps(out / "footprint.vti", all_maps(result), pixel)
                 draw_maps(result, out)
                 draw_comparison(result, out)
-            if scenes:
-                (out / "scenes").mkdir(exist_ok=True)
         if case.one_line:
             replace_file(out / "line.csv", _csv(line_columns(result)))
-        for name, text in scenes.items():
-            replace_file(out / "scenes" / name, text)
         figures = summary(result)
         figures |= {"wall_s": time.perf_counter() - begun, "versions": versions()}
         replace_file(out / "summary.json", json.dumps(figures, indent=2) + "\n")
