@@ -3,13 +3,15 @@
 For scripts and notebooks, with results as labelled arrays that have units: scenes (`load_scene`),
 runs (`run`, `read_run`), sweeps (`sweep`), the point level (`Conditions`, `simulate_points`),
 footprints, surfaces and wheels (`footprint`, `roughness`, `wheel`), and user friction laws
-(`Law` with `Contact`, `Surface`, `Response`). Each name is loaded when it is asked for.
+(`Law` with `Contact`, `Surface`, `Response`), closed forms and formulas (`reference`). Each name is
+loaded when it is asked for.
 """
 
 import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from iceslide_fem import reference
     from iceslide_fem.api.points import Conditions, simulate_points
     from iceslide_fem.api.preprocessors import footprint, roughness, wheel
     from iceslide_fem.api.runs import read_run, run
@@ -30,6 +32,7 @@ __all__ = [
     "load_scene",
     "point",
     "read_run",
+    "reference",
     "roughness",
     "run",
     "simulate_points",
@@ -45,12 +48,13 @@ _MODULES = {
     "api.sweeps": ("sweep",),
     "laws.protocol": ("Contact", "Law", "Response", "Surface"),
 }
+_WHOLE = {"point": "film.point", "reference": "reference"}
 
 
 def __getattr__(name: str) -> Any:
     """A public name, loaded when it is asked for: NumPy and DOLFINx take their time."""
-    if name == "point":
-        return importlib.import_module("iceslide_fem.film.point")
+    if name in _WHOLE:
+        return importlib.import_module(f"iceslide_fem.{_WHOLE[name]}")
     for module, names in _MODULES.items():
         if name in names:
             return getattr(importlib.import_module(f"iceslide_fem.{module}"), name)

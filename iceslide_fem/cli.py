@@ -1,5 +1,5 @@
 """The command line: `iceslide run`, `sweep`, `ladder`, `info`, `view`, `report`, `footprint`,
-`wheel`, `formula`, `roughness`, `rubber`, `cases`, `doctor`, `app`.
+`wheel`, `roughness`, `rubber`, `cases`, `doctor`, `app`.
 
 Commands are in `commands`. This module combines them, and converts errors to exit codes.
 """
@@ -21,7 +21,6 @@ from iceslide_fem.app.options import app as page
 from iceslide_fem.commands.cases import cases
 from iceslide_fem.commands.doctor import doctor
 from iceslide_fem.commands.footprint import footprint
-from iceslide_fem.commands.formula import formula
 from iceslide_fem.commands.info import info
 from iceslide_fem.commands.ladder import ladder
 from iceslide_fem.commands.report import report
@@ -69,7 +68,6 @@ app.command()(view)
 app.command()(on_one_process(report))
 app.command()(on_one_process(footprint))
 app.command()(on_one_process(wheel))
-app.command()(on_one_process(formula))
 app.command()(on_one_process(roughness))
 app.command()(on_one_process(rubber))
 app.command()(on_one_process(cases))

@@ -1,4 +1,4 @@
-"""Lines, and data of one's own for every module of `iceslide footprint`; `iceslide formula`."""
+"""Lines, and data of one's own for every module of `iceslide footprint`."""
 
 import csv
 import json
@@ -7,9 +7,7 @@ import numpy as np
 import pytest
 
 from iceslide_fem.cli import main
-from iceslide_fem.preprocess.footprint import empirical
 from iceslide_fem.preprocess.footprint.case import FootprintCase
-from iceslide_fem.preprocess.footprint.formulas import FORMULAS, evaluate
 from iceslide_fem.preprocess.footprint.line import gaussian_profile
 from iceslide_fem.preprocess.footprint.macroscopic import State, heat_model
 from iceslide_fem.preprocess.footprint.reading import read_footprint
@@ -443,59 +441,3 @@ def test_wrong_entries_are_a_sentence(text, arguments, words, tmp_path, monkeypa
     said = capsys.readouterr()
     assert words in said.err and said.err.startswith("iceslide: ") and said.err.count("\n") == 1
     assert sorted(path.name for path in tmp_path.iterdir()) == ["f", "g"]
-
-
-def test_formulas_have_every_parameter_of_their_functions():
-    found = evaluate("navin", ["temperature=-4degC,-1degC", "aggregate=0,500"])
-    expected = [empirical.navin(T, A) for T in (269.15, 272.15) for A in (0.0, 500.0)]
-    assert found.result == pytest.approx(np.array(expected))
-    ellipse = evaluate(
-        "peng-ellipse",
-        "speed=2m/s film=80nm pressure=3bar x_m=0.05 y_m=0.3 length=100mm dry=0.2".split(),
-    )
-    args = (2.0, 80e-9, 3e5, 0.05, 0.3, 0.1, 0.2)
-    assert ellipse.result == pytest.approx(float(empirical.peng_ellipse(*args)))
-    for name, function in (
-        ("peng-rectangle", empirical.peng_rectangle),
-        ("peng-rectangle-printed", empirical.peng_rectangle_as_printed),
-    ):
-        wet = evaluate(name, ["x_m=0.1,0.15", "length=0.15"]).result
-        by_hand = function(3.0, 1e-7, 2e5, np.array([0.1, 0.15]), 0.15, 0.1)
-        assert wet == pytest.approx(by_hand)
-    stop = evaluate("stopping-distance", ["speed=36km/h", "mu=0.1"])
-    assert stop.result == pytest.approx(float(empirical.stopping_distance(10.0, 0.1)))
-    for name in FORMULAS:  # the defaults are values
-        assert np.isfinite(evaluate(name, []).result).all()
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["nobody"], 'there is no formula "nobody"; there are: stopping-distance'),
-        (["navin", "salt=3"], 'takes KEY=VALUE with temperature, aggregate; given: "salt=3"'),
-        (["navin", "aggregate=-1"], "allowed: 0 g/m^2 to 1000 g/m^2"),
-        (["navin", "temperature=4degC"], "is out of range; allowed: -80 degC to 0 degC"),
-        (["navin", "temperature=-4"], "(a plain number is in K); allowed: -80 degC to 0 degC"),
-        (["navin", "aggregate=1", "aggregate=2"], "is given twice"),
-        (["navin", "aggregate=3bar"], 'navin: aggregate "3bar"'),
-        (["peng-ellipse", "x_m=1m"], "x_m is longer than length"),
-    ],
-)
-def test_wrong_formulas_are_a_sentence(arguments, words):
-    name, *values = arguments
-    with pytest.raises(SceneError, match="^[^\n]*$") as caught:
-        evaluate(name, values)
-    assert words in str(caught.value)
-
-
-def test_the_command_prints_rows(capsys):
-    assert iceslide("formula", "navin", "aggregate=200", "--csv") == 0
-    assert capsys.readouterr().out.splitlines() == [
-        "temperature (K),aggregate (g/m^2),mu",
-        "269.15,200,0.1708",
-    ]
-    assert iceslide("formula", "peng-ellipse") == 0
-    assert "0.0925 " in capsys.readouterr().out  # whole, on 80 columns
-    assert iceslide("formula") == 0
-    printed = capsys.readouterr().out
-    assert "peng-ellipse" in printed and "-80 degC to 0 degC" in printed

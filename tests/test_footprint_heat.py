@@ -7,7 +7,6 @@ import pytest
 from scipy.integrate import quad
 
 from iceslide_fem import reference
-from iceslide_fem.preprocess.footprint import empirical
 from iceslide_fem.preprocess.footprint.jaeger import (
     TABLE_1_ICE,
     TABLE_1_RUBBER,
@@ -140,21 +139,21 @@ def test_table_1_and_derived_properties():
 
 
 def test_navin_on_ice_at_minus_4():
-    assert empirical.navin(269.15) == pytest.approx(0.1308)
-    assert empirical.navin(269.15, 500.0) == pytest.approx(0.2308)
+    assert reference.navin(269.15) == pytest.approx(0.1308)
+    assert reference.navin(269.15, 500.0) == pytest.approx(0.2308)
 
 
 def test_hayhoe_and_shapleys_film_solves_their_equation():
-    A, B = empirical.hayhoe_shapley_coefficients(3.0, 269.15)
+    A, B = reference.hayhoe_shapley_coefficients(3.0, 269.15)
     x, dx = np.array([1e-3, 0.1]), 1e-8
-    h = empirical.hayhoe_shapley_film(A, B, x)
-    slope = (empirical.hayhoe_shapley_film(A, B, x + dx) - h) / dx
+    h = reference.hayhoe_shapley_film(A, B, x)
+    slope = (reference.hayhoe_shapley_film(A, B, x + dx) - h) / dx
     assert slope == pytest.approx(A / h - B / np.sqrt(x), rel=1e-5)
 
 
 def test_hayhoe_and_shapleys_film_is_the_saturated_film_of_full_contact():
     v, T_0, x = 3.0, MELTING_TEMPERATURE - 4.0, 0.05
-    film = empirical.hayhoe_shapley_film(*empirical.hayhoe_shapley_coefficients(v, T_0), x)
+    film = reference.hayhoe_shapley_film(*reference.hayhoe_shapley_coefficients(v, T_0), x)
     saturated = reference.saturated_film(reference.melt_coefficient(1.0, v), T_0, x / v)
     assert film == pytest.approx(float(saturated))
 
@@ -162,15 +161,15 @@ def test_hayhoe_and_shapleys_film_is_the_saturated_film_of_full_contact():
 def test_pengs_formulas_between_dry_and_wet():
     U, h, p, length, dry = 3.0, 1e-7, 2e5, 0.15, 0.1
     viscous = 1.8e-3 * U / (h * p)
-    right = empirical.peng_rectangle(U, h, p, [0.0, 0.05, length], length, dry)
+    right = reference.peng_rectangle(U, h, p, [0.0, 0.05, length], length, dry)
     assert right == pytest.approx([dry, viscous / 3 + dry * 2 / 3, viscous])
-    ellipse = empirical.peng_ellipse(U, h, p, [0.0, length], [0.0, np.pi / 2], length, dry)
+    ellipse = reference.peng_ellipse(U, h, p, [0.0, length], [0.0, np.pi / 2], length, dry)
     assert ellipse == pytest.approx([dry, viscous])
     # As printed, a wet contact keeps most of its dry friction.
-    printed = empirical.peng_rectangle_as_printed(U, h, p, length, length, dry)
+    printed = reference.peng_rectangle_as_printed(U, h, p, length, length, dry)
     assert printed > dry * (1.0 - 1.0 / np.pi)
 
 
 def test_stopping_distance_is_that_of_uniform_braking():
     expected = (36.0 / 3.6) ** 2 / (2.0 * 9.81 * 0.1)
-    assert empirical.stopping_distance(36.0 / 3.6, 0.1) == pytest.approx(expected, rel=2e-3)
+    assert reference.stopping_distance(36.0 / 3.6, 0.1) == pytest.approx(expected, rel=2e-3)

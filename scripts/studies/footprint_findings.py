@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from rich.console import Console
 from rich.table import Table
 
-from iceslide_fem.preprocess.footprint import empirical
+from iceslide_fem import reference
 from iceslide_fem.preprocess.footprint.case import FootprintCase
 from iceslide_fem.preprocess.footprint.film_map import film_map
 from iceslide_fem.preprocess.footprint.jaeger import (
@@ -35,7 +35,6 @@ from iceslide_fem.preprocess.footprint.reading import ReadFootprint, read_footpr
 from iceslide_fem.preprocess.footprint.ride import Ride
 from iceslide_fem.preprocess.footprint.survey import survey
 from iceslide_fem.preprocess.footprint.synthetic import Tread, coloured_picture, grey_picture, save
-from iceslide_fem.reference import band_source_rise
 from iceslide_fem.scene.materials import BAR, CONTACT_TABLES
 from scripts.studies.common import draw, options, picture_options
 
@@ -104,7 +103,7 @@ def printed_rises() -> None:
         Q = float(friction_flux(MU_ST, p, V, S))
         rises = [f"{float(jaeger_rise(Q, 1e-4, t, PRINTED)):.4g}" for t in times.values()]
         exposure = [f"{jaeger_exposure(Q, rise, PRINTED):.3f}" for rise in (OWN, SOURCE)]
-        band = float(band_source_rise(Q, LENGTH, V))
+        band = float(reference.band_source_rise(Q, LENGTH, V))
         slip = f"{S * OWN / band:.2f}"
         rows.append([f"{p / BAR:g} bar", f"{Q:.2f}", *rises, *exposure, f"{band:.2e}", slip])
     head = ["peak p", "Q (W/m2)", *(f"{name} = {t:.3g} s" for name, t in times.items())]
@@ -187,14 +186,14 @@ def film_over_pixels() -> None:
 def formulas() -> None:
     """Base lines at 2.2 bar, 3 m/s, -4 degC, 0.135 m."""
     p, length = 2.2e5, 0.135
-    print(f"Navin (1.2) at -4 degC: {float(empirical.navin(273.15 + T_0)):.4f}")
-    print(f"Hayhoe-Shapley: {float(empirical.hayhoe_shapley(p, V, 273.15 + T_0, length)):.4f}")
+    print(f"Navin (1.2) at -4 degC: {float(reference.navin(273.15 + T_0)):.4f}")
+    print(f"Hayhoe-Shapley: {float(reference.hayhoe_shapley(p, V, 273.15 + T_0, length)):.4f}")
     h, dry = 1e-7, 0.1
     for share in (0.0, 0.5, 1.0):
-        right = float(empirical.peng_rectangle(V, h, p, share * length, length, dry))
-        printed = float(empirical.peng_rectangle_as_printed(V, h, p, share * length, length, dry))
+        right = float(reference.peng_rectangle(V, h, p, share * length, length, dry))
+        printed = float(reference.peng_rectangle_as_printed(V, h, p, share * length, length, dry))
         ellipse = float(
-            empirical.peng_ellipse(V, h, p, share * length, 0.5 * np.pi * share, length, dry)
+            reference.peng_ellipse(V, h, p, share * length, 0.5 * np.pi * share, length, dry)
         )
         print(
             f"Peng, {share:.0%} wet, h 100 nm: (1.7) printed {printed:.4f}, put right {right:.4f}, "

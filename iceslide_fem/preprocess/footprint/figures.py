@@ -22,7 +22,6 @@ from iceslide_fem.postprocess.results.style import (
     PURPLE,
     RED,
 )
-from iceslide_fem.preprocess.footprint.empirical import stopping_distance
 from iceslide_fem.preprocess.footprint.macroscopic import (
     MIXED_FROM,
     WET_FROM,
@@ -32,6 +31,7 @@ from iceslide_fem.preprocess.footprint.macroscopic import (
 )
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.survey import Survey
+from iceslide_fem.reference import stopping_distance
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene.materials import BAR

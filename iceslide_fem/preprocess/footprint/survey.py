@@ -9,13 +9,13 @@ from typing import NamedTuple
 import numpy as np
 
 from iceslide_fem.preprocess.footprint.case import FootprintCase
-from iceslide_fem.preprocess.footprint.empirical import hayhoe_shapley, navin, peng_rectangle
 from iceslide_fem.preprocess.footprint.film_map import film_map
 from iceslide_fem.preprocess.footprint.jaeger import friction_flux
 from iceslide_fem.preprocess.footprint.macroscopic import HeatModel, States, classify, heat_model
 from iceslide_fem.preprocess.footprint.passing import FilmMap
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.reading import ReadFootprint
+from iceslide_fem.reference import hayhoe_shapley, navin, peng_rectangle
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.materials import ICE_EFFUSIVITY, MELTING_TEMPERATURE, WATER_VISCOSITY
