@@ -1,10 +1,11 @@
 """A rubber tread block sliding on ice: finite elements with a melting water film.
 
 For scripts and notebooks, with results as labelled arrays that have units: scenes (`load_scene`),
-runs (`run`, `read_run`), sweeps (`sweep`), the point level (`Conditions`, `simulate_points`),
-footprints, surfaces and wheels (`footprint`, `roughness`, `wheel`), and user friction laws
-(`Law` with `Contact`, `Surface`, `Response`), closed forms and formulas (`reference`). Each name is
-loaded when it is asked for.
+runs (`run`, `read_run`), sweeps (`sweep`, `read_sweep`), the point level (`Conditions`,
+`simulate_points`), footprints, surfaces and wheels (`footprint`, `roughness`, `wheel`), user
+friction laws (`Law` with `Contact`, `Surface`, `Response`), data of materials (`COMPOUNDS`,
+`CONTACT_TABLES`, `ICE`), closed forms and formulas (`reference`). Each name is loaded when it is
+asked for.
 """
 
 import importlib
@@ -19,10 +20,15 @@ if TYPE_CHECKING:
     from iceslide_fem.api.sweeps import sweep
     from iceslide_fem.film import point
     from iceslide_fem.laws.protocol import Contact, Law, Response, Surface
+    from iceslide_fem.scene.materials import COMPOUNDS, CONTACT_TABLES, ICE
+    from iceslide_fem.workflow.sweep import read_sweep
 
 __version__ = "1.0.0"
 
 __all__ = [
+    "COMPOUNDS",
+    "CONTACT_TABLES",
+    "ICE",
     "Conditions",
     "Contact",
     "Law",
@@ -32,6 +38,7 @@ __all__ = [
     "load_scene",
     "point",
     "read_run",
+    "read_sweep",
     "reference",
     "roughness",
     "run",
@@ -47,6 +54,8 @@ _MODULES = {
     "api.scenes": ("load_scene",),
     "api.sweeps": ("sweep",),
     "laws.protocol": ("Contact", "Law", "Response", "Surface"),
+    "scene.materials": ("COMPOUNDS", "CONTACT_TABLES", "ICE"),
+    "workflow.sweep": ("read_sweep",),
 }
 _WHOLE = {"point": "film.point", "reference": "reference"}
 

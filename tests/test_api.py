@@ -204,6 +204,8 @@ def test_a_sweep_from_values(point_scene, tmp_path):
     assert lines[0] == "4 cases, 0 of them done before"
     iceslide_fem.sweep(point_scene, vary, tmp_path, say=lines.append)
     assert lines[-2] == "4 cases, 4 of them done before"
+    again = iceslide_fem.read_sweep(tmp_path)["mu_mean"]
+    np.testing.assert_array_equal(again, found["mu_mean"])
     alone = iceslide_fem.run(point_scene, tmp_path / "alone", pictures=False)
     one = found["mu_mean"].sel({"load.pressure": 1e5, "load.speed": 3.0})
     assert float(one) == pytest.approx(alone.attrs["mu_mean"])

@@ -26,7 +26,6 @@ FLOORS = [
     {"postprocess"},
     {"preprocess", "simulate"},
     {"workflow"},
-    {"results", "sweeps", "materials"},  # public names for users' own scripts
     {"api"},
     {"app"},
     {"commands"},
@@ -34,16 +33,7 @@ FLOORS = [
 ]
 FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
 # What needs no finite elements is usable without them, and starts fast.
-WITHOUT_FENICS = {
-    "runtime",
-    "relaxation",
-    "scene",
-    "film",
-    "laws",
-    "reference",
-    "materials",
-    "results",
-}
+WITHOUT_FENICS = {"runtime", "relaxation", "scene", "film", "laws", "reference"}
 WITHOUT_FENICS |= {"relaxation", "preprocess", "postprocess", "api", "app", "commands", "cli"}
 FINITE_ELEMENTS = {
     "basix",
@@ -141,7 +131,7 @@ def test_the_page_for_contributors_has_the_folders_from_the_ground_up():
 
 
 def test_few_modules_stand_beside_the_folders():
-    assert len(list(PACKAGE.glob("[!_]*.py"))) <= 6
+    assert len(list(PACKAGE.glob("[!_]*.py"))) <= 3
 
 
 def test_one_step_is_read_from_few_files():

@@ -5,10 +5,9 @@ The shear is faded in with the pressure, because the film's does not go to zero 
 
 import numpy as np
 
+from iceslide_fem import CONTACT_TABLES, Response
 from iceslide_fem.film.law import Surface, implicit_stage
 from iceslide_fem.laws.film import FilmLaw as SceneFilm
-from iceslide_fem.laws.protocol import Response
-from iceslide_fem.materials import CONTACT_TABLES
 
 
 class FilmLaw:

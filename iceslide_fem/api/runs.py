@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Literal
 
 import xarray as xr
 
-from iceslide_fem import results, simulate
+from iceslide_fem import simulate
 from iceslide_fem.api.datasets import plain_attributes, variables
+from iceslide_fem.postprocess import results
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import Scene, as_toml
 from iceslide_fem.scene.fingerprint import versions_in_words

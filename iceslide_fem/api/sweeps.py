@@ -36,7 +36,7 @@ def sweep(
     The dataset has a dimension for each key in `vary`, with its values in SI, and `time_share`, 201
     even times from 0 to 1 of a case's duration, for the curves `mu` and `film_height_m`. Variables
     are the numbers of `summary.json`; `status` is "done", "failed" or "not run", and `reason` says
-    why. `iceslide_fem.sweeps.read_sweep(out)` reads it again.
+    why. `iceslide_fem.read_sweep(out)` reads it again.
 
     Raises `SceneError` with one sentence if a value or a combination is not possible, before the
     first case runs. A case that fails raises nothing.

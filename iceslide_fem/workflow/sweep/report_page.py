@@ -27,7 +27,7 @@ from iceslide_fem.workflow.sweep.plots import SummaryQuantity, quantity_of
 from iceslide_fem.workflow.sweep.table import read_sweep
 
 MORE = (
-    "In Python: iceslide_fem.sweeps.read_sweep(folder) gives these numbers as labelled arrays. "
+    "In Python: iceslide_fem.read_sweep(folder) gives these numbers as labelled arrays. "
     "The page of a case: iceslide report FOLDER/cases/CASE; of a point: run its scene by itself."
 )
 MOST_ROWS, MOST_CURVES = 400, 12
