@@ -1,8 +1,8 @@
-"""Height maps in files of instruments: X3P read here, others by surfalize."""
+"""Height maps in files of instruments that are read here: X3P, and text of Zygo and Wyko."""
 
 from __future__ import annotations
 
-import warnings
+import re
 import zipfile
 import zlib
 from pathlib import Path
@@ -12,15 +12,10 @@ import numpy as np
 
 from iceslide_fem.preprocess.roughness.height_map import HeightMap
 from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.tables.layout import parse
 
 _X3P_TYPES = {"I": "<i2", "L": "<i4", "F": "<f4", "D": "<f8"}
-# Formats of surfalize that tests verify with files of known size and heights.
-VERIFIED = {".al3d", ".gwy", ".opd", ".os3d", ".plux", ".sdf", ".sur", ".vk3", ".vk4"}
-VERIFIED |= {".vk6", ".vk7"}
-_OPD_BAD = 32766  # a missing 16-bit height, as is 32767 (Gwyddion's wykofile.c)
-# Formats not left to surfalize: read here, or read wrongly by it. For .nms and .tmd the sources
-# contradict each other on the unit.
-NOT_READ = {".xyz", ".sflz", ".x3p", ".dat", ".plu", ".tmd", ".zmg", ".nms"}
+_MICROMETRE = 1e-6
 
 
 def read_x3p(path: Path, unit: float | None) -> HeightMap:
@@ -94,40 +89,77 @@ def _x3p_map(
     return values.reshape(rows, columns) * scale, sides
 
 
-def read_by_surfalize(path: Path) -> HeightMap:
-    """Any format of surfalize, which is not installed with this program. Raises SceneError."""
+def read_instrument_text(text: str, said: str, unit: float | None) -> HeightMap | None:
+    """The map of `text` if its head is that of an instrument, else None. Raises SceneError."""
+    first = text.lstrip("\ufeff").split("\n", 1)[0]
+    if first.startswith("Zygo XYZ Data File"):
+        return _zygo(text, said, unit)
+    if first.startswith("Zygo ASCII Data File"):
+        raise SceneError(f"{said} is a Zygo ASCII file, which is not read; XYZ files are")
+    if first.startswith("Wyko ASCII Data File"):
+        return _wyko(text, said, unit)
+    return None
+
+
+def _zygo(text: str, said: str, unit: float | None) -> HeightMap:
+    """Columns and rows as whole numbers, heights in um; line 8 has the pixel, m (OMP-0347)."""
+    lines = text.splitlines()
+    marks = [i for i, line in enumerate(lines) if line.strip() == "#"]
     try:
-        import surfalize
-        from surfalize.file.common import FileHandler
-    except ImportError:
-        raise SceneError(
-            f"{path}: read here are .npy, .csv, .txt, .xyz, .asc, .x3p, .dat and .toml; "
-            "pip install surfalize reads many instruments' formats, too"
-        ) from None
-    suffix = path.suffix.lower()
-    known = sorted(FileHandler.get_supported_formats_read() - NOT_READ)
-    if suffix not in known:
-        raise SceneError(
-            f'{path}: maps of "{suffix}" are not read; surfalize reads {", ".join(known)}'
-        )
-    try:
-        with warnings.catch_warnings(), np.errstate(all="ignore"):
-            warnings.simplefilter("ignore")
-            # surfalize tries all formats if that of the suffix fails, with a warning.
-            warnings.filterwarnings("error", "The file suffix indicates")
-            found = surfalize.Surface.load(path)
-            heights = 1e-6 * np.ma.filled(np.ma.asarray(found.data, dtype=float), np.nan)
-            if suffix == ".opd":
-                wave = 1e-6 * found.metadata["Wavelength"] / found.metadata["Mult"]
-                heights[np.abs(heights) > (_OPD_BAD - 0.5) * abs(wave)] = np.nan
-            sides = 1e-6 * float(found.step_x), 1e-6 * float(found.step_y)
-    except Exception as error:  # a damaged file may raise anything
-        said = " ".join(str(error).split()) or type(error).__name__
-        raise SceneError(f"{path} cannot be read by surfalize as {suffix}: {said[:200]}") from None
-    if heights.ndim != 2 or heights.size == 0:
-        raise SceneError(f"{path} has no map of heights in it")
+        left, top, columns, rows = (int(word) for word in lines[3].split()[:4])
+        pixel = float(lines[7].split()[6])
+        start = marks[0] + 1
+    except (IndexError, ValueError):
+        raise SceneError(f"{said} has the head of a Zygo XYZ file that is not whole") from None
+    if not pixel > 0.0:
+        raise SceneError(f"{said} has no pixel size in its head (CameraRes is {pixel:g})")
+    end = marks[1] if len(marks) > 1 else len(lines)
+    body = re.sub(r"no\s*data", "NaN", "\n".join(lines[start:end]), flags=re.IGNORECASE)
+    values = parse(body, said).numbers()
+    if values.shape[1] != 3:
+        raise SceneError(f"{said} has {values.shape[1]} columns; allowed: x, y and height")
+    x, y = (values[:, :2] - (left, top)).astype(int).T
+    if min(x.min(), y.min()) < 0 or x.max() >= columns or y.max() >= rows:
+        raise SceneError(f"{said} has points outside the {columns} x {rows} pixels of its head")
+    heights = np.full((rows, columns), np.nan)
+    heights[y, x] = values[:, 2] * (_MICROMETRE if unit is None else unit)
     note = (
-        f"unverified: no test holds what surfalize reads from {suffix} against a file of known "
-        "size; compare size and rms height with those of the instrument"
+        ()
+        if unit is not None
+        else (
+            "its heights are read as um, as MetroPro writes them "
+            "(--height-unit is for Mx, where other units can be set)",
+        )
     )
-    return HeightMap(heights, sides, () if suffix in VERIFIED else (note,))
+    return HeightMap(heights, (pixel, pixel), note)
+
+
+def _wyko(text: str, said: str, unit: float | None) -> HeightMap:
+    """Blocks of name, type, length, value; heights in waves over Mult, or in nm.
+
+    Each line of RAW_DATA is a column of the map, from below (Gwyddion's wykofile.c).
+    """
+    if unit is not None:
+        raise SceneError(f"--height-unit has no meaning for {said}: its format says units itself")
+    lines = text.splitlines()
+    head, first = {}, len(lines)
+    for i, line in enumerate(lines):
+        words = re.split(r"\t+", line.strip())
+        if words[0].replace(" ", "_").upper() in ("RAW_DATA", "OPD"):
+            first = i + 1
+            break
+        head[words[0]] = words[-1]
+    try:
+        in_nm = int(lines[0].split()[-2]) != 0
+        columns, rows = int(head["X Size"]), int(head["Y Size"])
+        pixel, aspect = 1e-3 * float(head["Pixel_size"]), float(head.get("Aspect", 1.0))
+        factor = 1e-9 if in_nm else 1e-9 * float(head["Wavelength"]) / float(head.get("Mult", 1.0))
+    except (KeyError, IndexError, ValueError, ZeroDivisionError):
+        raise SceneError(f"{said} has the head of a Wyko ASCII file that is not whole") from None
+    values = parse("\n".join(lines[first : first + columns]), said).numbers()
+    if values.shape != (columns, rows):
+        raise SceneError(
+            f"{said} has {values.shape[0]} lines of {values.shape[1]} heights; its head says "
+            f"{columns} of {rows}"
+        )
+    return HeightMap(factor * values.T[::-1], (pixel, pixel * aspect))

@@ -1,33 +1,28 @@
-"""Height maps from files: NumPy arrays, text, points, X3P, and instruments' formats."""
+"""Height maps from files: NumPy arrays, text, points and X3P, other formats by surfalize."""
 
 from __future__ import annotations
 
+import warnings
 import zipfile
 from pathlib import Path
 
 import numpy as np
 
 from iceslide_fem.preprocess.roughness.height_map import SQUARE, HeightMap, squared, without_marks
-from iceslide_fem.preprocess.roughness.instrument_binary import (
-    read_metropro,
-    read_sensofar,
-    read_truemap,
-    read_zeta,
-)
-from iceslide_fem.preprocess.roughness.instruments import read_by_surfalize, read_x3p
+from iceslide_fem.preprocess.roughness.instruments import read_x3p
 from iceslide_fem.preprocess.roughness.surface import Surface
 from iceslide_fem.preprocess.roughness.text_map import read_text_map
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.files import is_regular
 
 SMALLEST, LARGEST = 1e-9, 1e-2  # sides of a pixel, m
-_INSTRUMENTS = {
-    ".dat": read_metropro,
-    ".plu": read_sensofar,
-    ".tmd": read_truemap,
-    ".zmg": read_zeta,
-}
-IN_UNITS = {".npy", ".csv", ".txt", ".xyz", ".asc", ".x3p"}  # formats with --height-unit
+IN_UNITS = {".npy", ".csv", ".txt", ".xyz", ".asc", ".x3p"}  # read here, with --height-unit
+# Formats of surfalize that tests verify with files of known size and heights.
+VERIFIED = {".al3d", ".gwy", ".opd", ".os3d", ".plux", ".sdf", ".sur", ".vk3", ".vk4"}
+VERIFIED |= {".vk6", ".vk7"}
+# Its factor of .dat, places of .plu, signs of .zmg and unit of .tmd are wrong; on the unit of .nms
+# sources contradict each other.
+MISREAD = {".dat", ".nms", ".plu", ".tmd", ".zmg"}
 
 
 def read_surface(path: Path, pixel: float | None, height_unit: float | None) -> Surface:
@@ -76,7 +71,7 @@ def _read(path: Path, suffix: str, unit: float | None) -> HeightMap:
         return read_x3p(path, unit)
     if suffix in IN_UNITS:
         return read_text_map(path, unit)
-    return _INSTRUMENTS.get(suffix, read_by_surfalize)(path)
+    return _by_surfalize(path, suffix)
 
 
 def _numpy(path: Path, unit: float | None) -> HeightMap:
@@ -87,3 +82,43 @@ def _numpy(path: Path, unit: float | None) -> HeightMap:
     if not isinstance(array, np.ndarray) or array.ndim != 2 or array.dtype.kind not in "fiu":
         raise SceneError(f"{path} is not a matrix of real numbers")
     return HeightMap(array.astype(float) * (1.0 if unit is None else unit), None)
+
+
+def _by_surfalize(path: Path, suffix: str) -> HeightMap:
+    """Any format of surfalize, which is not installed with this program. Raises SceneError."""
+    if suffix in MISREAD:
+        raise SceneError(
+            f"{path}: {suffix} files are not read, because surfalize gets their heights or units "
+            "wrong; export as X3P or text"
+        )
+    try:
+        import surfalize
+        from surfalize.file.common import FileHandler
+    except ImportError:
+        raise SceneError(
+            f"{path}: read here are .npy, .csv, .txt, .xyz, .asc, .x3p and .toml; "
+            "pip install surfalize reads many instruments' formats, too"
+        ) from None
+    known = sorted(FileHandler.get_supported_formats_read() - MISREAD - IN_UNITS)
+    if suffix not in known:
+        raise SceneError(
+            f'{path}: maps of "{suffix}" are not read; surfalize reads {", ".join(known)}'
+        )
+    try:
+        with warnings.catch_warnings(), np.errstate(all="ignore"):
+            warnings.simplefilter("ignore")
+            # surfalize tries all formats if that of the suffix fails, with a warning.
+            warnings.filterwarnings("error", "The file suffix indicates")
+            found = surfalize.Surface.load(path)
+            heights = 1e-6 * np.ma.filled(np.ma.asarray(found.data, dtype=float), np.nan)
+            sides = 1e-6 * float(found.step_x), 1e-6 * float(found.step_y)
+    except Exception as error:  # a damaged file may raise anything
+        said = " ".join(str(error).split()) or type(error).__name__
+        raise SceneError(f"{path} cannot be read by surfalize as {suffix}: {said[:200]}") from None
+    if heights.ndim != 2 or heights.size == 0:
+        raise SceneError(f"{path} has no map of heights in it")
+    note = (
+        f"unverified: no test holds what surfalize reads from {suffix} against a file of known "
+        "size; compare size and rms height with those of the instrument"
+    )
+    return HeightMap(heights, sides, () if suffix in VERIFIED else (note,))
