@@ -242,50 +242,15 @@ def test_numbers_of_sides_are_those_of_abaqus():
         assert [set(side) for side in FACETS[kind]] == wanted
 
 
-QUADRATIC_NODES = [(1, 2), (2, 5), (5, 4), (4, 1), (7, 8), (8, 11), (11, 10), (10, 7)]
-QUADRATIC_NODES += [(1, 7), (2, 8), (5, 11), (4, 10)]
-PLACES = {
-    int(line.split(",")[0]): np.array([float(x) for x in line.split(",")[1:]])
-    for line in BLOCK_NODES.splitlines()[1:]
-}
-
-
-def quadratic(kind="C3D20RH", bent=0.0, break_after=15):
-    """The left hexahedron of the block with nodes in the middle of its edges."""
-    middles = [(PLACES[one] + PLACES[other]) / 2 for one, other in QUADRATIC_NODES]
-    middles[0] = middles[0] + [0, bent, 0]
-    nodes = "".join(
-        f"{number}, {', '.join(f'{x:g}' for x in at)}\n" for number, at in enumerate(middles, 101)
-    )
-    numbers = [1, 1, 2, 5, 4, 7, 8, 11, 10, *range(101, 113)]
-    lines = [
-        ", ".join(map(str, numbers[start : start + break_after]))
-        for start in range(0, 21, break_after)
-    ]
-    sides = "*SURFACE, NAME=CONTACT\nRUBBER, S1\n*SURFACE, NAME=PLATE\nRUBBER, S2\n"
-    return block(kind, ",\n".join(lines) + "\n", sides, nodes)
-
-
-@pytest.mark.parametrize("break_after", [10, 15, 16, 21])
-def test_straight_second_order_cells_are_taken_by_their_corners(break_after, tmp_path):
-    found = read(quadratic(break_after=break_after), tmp_path, 3)
-    assert found.cell_type == "hexahedron" and found.cells.shape == (1, 8)
-    assert sizes(found) == {"contact": 1.0, "plate": 1.0} and len(found.points) == 8
-
-
-def test_curved_second_order_cells_are_refused(tmp_path):
-    with pytest.raises(SceneError, match=r"the node at \(-0.5, 0.05, 0\) is not in the middle of"):
-        read(quadratic(bent=0.05), tmp_path, 3)
-
-
-@pytest.mark.parametrize("kind", ["CPE8RH", "CPS8"])
-def test_a_second_order_slice_with_second_order_facets(kind, tmp_path):
-    text = (
-        "*NODE\n1,0,0\n2,1,0\n3,1,1\n4,0,1\n5,.5,0\n6,1,.5\n7,.5,1\n8,0,.5\n"
-        f"*ELEMENT, TYPE={kind}, ELSET=rubber\n1,1,2,3,4,5,6,7,8\n"
-        "*ELEMENT, TYPE=T2D3, ELSET=contact\n2,1,2,5\n*ELEMENT, TYPE=B22, ELSET=plate\n3,3,4,7\n"
-    )
-    assert sizes(read(text, tmp_path)) == {"contact": 1.0, "plate": 1.0}
+@pytest.mark.parametrize("break_after", [10, 16, 21])
+def test_second_order_cells_are_refused(break_after, tmp_path):
+    """Also where surfaces are of their sides, on one line or several."""
+    numbers = [1, 1, 2, 5, 4, 7, 8, 11, 10, *range(1, 13)]
+    lines = [", ".join(map(str, numbers[i : i + break_after])) for i in range(0, 21, break_after)]
+    cells = ",\n".join(lines) + "\n"
+    for sides in ("", "*SURFACE, NAME=CONTACT\nRUBBER, S1\n"):
+        with pytest.raises(SceneError, match="C3D20RH cells; allowed are first-order .*setOrder"):
+            read(block("C3D20RH", cells, sides, ""), tmp_path, 3)
 
 
 def test_a_mesh_in_several_files(tmp_path):
@@ -346,7 +311,7 @@ BAD = {
     '"SPOS" is no side of elements of type CPE4H': NODES + CELLS + SIDES.replace("S3", "SPOS"),
     '"S1" is no side of elements of type S4R': NODES + CELLS.replace("CPE4H", "S4R") + SIDES,
     'no cells tagged "rubber"; tags found: contact, gum, plate': SLICE.replace("=rubber", "=gum"),
-    '"rubber" is made of pyramid cells; allowed are first- and second-order': NODES
+    '"rubber" is made of pyramid cells; allowed are first-order triangle': NODES
     + "*ELEMENT, TYPE=C3D5, ELSET=rubber\n1, 1, 2, 6, 5, 7\n",
     '"rubber" is made of CIN3D8 cells': NODES
     + "*ELEMENT, TYPE=CIN3D8, ELSET=rubber\n1, 1, 2, 6, 5\n",

@@ -18,11 +18,11 @@ from scipy.spatial.transform import Rotation
 from iceslide_fem.mesh.abaqus_cards import Card, items, key, real, scopes_of, span, whole
 from iceslide_fem.mesh.abaqus_elements import SHELLS, Element, kind_of
 from iceslide_fem.mesh.named_cells import (
+    FIRST_ORDER,
     KINDS,
     Block,
     MeshFile,
     NamedCells,
-    first_order,
     tagged_mesh,
 )
 from iceslide_fem.mesh.tagged import TaggedMesh
@@ -209,12 +209,6 @@ class _Model:
             if len(nodes) > size and kind in KINDS and KINDS[kind].dim > 1:
                 break
             places = [self._places.get(("NSET", scope, node), -1) for node in nodes[:size]]
-            if (
-                kind == "line3" and -1 not in places
-            ):  # Abaqus puts the middle node second, other programs last
-                points = np.array([self.points[place] for place in places])
-                middle = np.linalg.norm(points - points.mean(axis=0), axis=1).argmin()
-                places.append(places.pop(middle))
             if ("ELSET", scope, number) in self._places:
                 raise ValueError(f"element {number} is there twice")
             self._places["ELSET", scope, number] = len(self.elements)
@@ -291,8 +285,10 @@ class _Model:
 
     def _sides(self, element: Element, side: str) -> list[tuple[int, ...]]:
         """The facet on a side (S1, E1, ...) of an element, or all free facets for ""."""
+        if element.kind not in KINDS:
+            raise ValueError(f"it has sides of {element.type} cells; {FIRST_ORDER}")
         if element.dim == self._dim - 1 and not side.startswith("E"):
-            return [element.nodes[: KINDS[first_order(element.kind)].nodes]]  # SPOS, SNEG
+            return [element.nodes]  # SPOS, SNEG
         letters = "E" if re.match(rf"(?:{SHELLS})\d", element.type) else "SE"
         match = re.fullmatch(rf"[{letters}](\d+)", side)
         if element.dim != self._dim or (side and not match):

@@ -5,14 +5,14 @@ from __future__ import annotations
 import re
 from typing import NamedTuple
 
-from iceslide_fem.mesh.named_cells import KINDS, first_order
+from iceslide_fem.mesh.named_cells import KINDS
 from iceslide_fem.mesh.tagged import FACETS
 
 SHELLS = "M3D|SFM3D|R3D|F3D|DS|STRI|S"  # surfaces in space, whose S1 and S2 are their two faces
 _FAMILIES = [  # what a type's name begins with, dimension, number of nodes by the one that follows
     ("(?:C|DC|AC|COH|GK|Q|EMC)3D|CSS|SC", 3, {}),
     ("CPEG?|CPS|CG?AX|DC2D|DCAX|AC2D|ACAX|COH2D|EMC2D|WARP2D", 2, {}),
-    (SHELLS, 2, {65: 6}),  # STRI65
+    (SHELLS, 2, {}),
     ("[TR][23]D|RB[23]D|RAX|F2D|FAX|DC1D|AC1D", 1, {}),
     ("B[23]|PIPE[23]|D?SAX|MG?AX|SFMG?AX", 1, {1: 2, 2: 3, 3: 2}),
 ]
@@ -32,8 +32,8 @@ class Element(NamedTuple):
 
     @property
     def sides(self) -> list[tuple[int, ...]]:
-        """Nodes of S1, S2, ... at the corners."""
-        facets = FACETS.get(first_order(self.kind), [])
+        """Nodes of S1, S2, ..."""
+        facets = FACETS.get(self.kind, [])
         return [tuple(self.nodes[corner] for corner in facet) for facet in facets]
 
 

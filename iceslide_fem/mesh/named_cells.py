@@ -1,8 +1,4 @@
-"""Named cells and facets of a mesh file, and the tagged mesh made from them.
-
-Second-order cells are reduced to their corners if their other nodes are in the middle of edges,
-faces and cells. Curved cells are refused.
-"""
+"""Named cells and facets of a mesh file, and the tagged mesh made from them."""
 
 from __future__ import annotations
 
@@ -34,23 +30,11 @@ KINDS = {
     "pyramid": Kind(3, 5, 7),
     "wedge": Kind(3, 6, 6),
     "hexahedron": Kind(3, 8, 5),
-    "line3": Kind(1, 3, 8),
-    "triangle6": Kind(2, 6, 9),
-    "quadrilateral8": Kind(2, 8, 16),
-    "quadrilateral9": Kind(2, 9, 10),
-    "tetrahedron10": Kind(3, 10, 11),
-    "wedge15": Kind(3, 15, 18),
-    "hexahedron20": Kind(3, 20, 17),
-    "hexahedron27": Kind(3, 27, 12),
 }
 RUBBER_PARTS = ("contact", "plate", "symmetry", "walls")  # facets of rubber that the program uses
-STRAIGHT = 1e-3  # of a cell's size: tolerance of a mid-node's position
-CHUNK = 2_000  # cells checked at a time
-
-
-def first_order(kind: str) -> str:
-    """The first-order kind with the corners of a kind in `KINDS`."""
-    return kind.rstrip("0123456789") if kind in KINDS else kind
+FIRST_ORDER = (
+    f"allowed are first-order {', '.join(FACETS)} cells; gmsh.model.mesh.setOrder(1) makes them"
+)
 
 
 class MeshFile(NamedTuple):
@@ -88,20 +72,14 @@ def rubber_file(path: Path, dim: int, tags: Iterable[tuple[str, int]] = ()) -> M
 class Block(NamedTuple):
     """Cells of one kind and name; dim: 1 for lines, 2 for faces, 3 for volumes, 0 for others.
 
-    kind: a key of `KINDS`, or the file's name of an unsupported one; nodes (cells, nodes of a
-    cell): numbers of nodes, corners first.
+    kind: a key of `KINDS`, or the file's name of another one; nodes (cells, nodes of a cell):
+    numbers of nodes.
     """
 
     name: str
     dim: int
     kind: str
     nodes: IntArray
-
-    @property
-    def corners(self) -> IntArray:
-        """Nodes (cells, corners)."""
-        corners = KINDS.get(first_order(self.kind))
-        return self.nodes[:, : corners.nodes] if corners else self.nodes
 
 
 class NamedCells(NamedTuple):
@@ -122,7 +100,7 @@ def tagged_mesh(file: MeshFile, found: NamedCells) -> TaggedMesh:
 
     Unused nodes are dropped, and also facet sets of other cells, unless their name is in
     `file.parts`. A node set is used if no facets have its name. Several bodies become regions of
-    the mesh. Raises SceneError if cells are missing, duplicate, curved, of mixed kinds, of another
+    the mesh. Raises SceneError if cells are missing, duplicate, of mixed kinds, of another order or
     dimension or of a forbidden name, or if facets do not belong to the cells.
     """
     parts = [
@@ -137,21 +115,18 @@ def tagged_mesh(file: MeshFile, found: NamedCells) -> TaggedMesh:
     bodies = [block for part in parts for block in part]
     if {block.dim for block in bodies} - {0, file.dim}:
         raise SceneError(f"{file}: {file.body} must be made of {file.dim}-dimensional cells")
-    kind, *others = sorted({first_order(block.kind) for block in bodies})
+    kind, *others = sorted({block.kind for block in bodies})
     if others:
         kinds = ", ".join([kind, *others])
         raise SceneError(f"{file}: {file.body} mixes cell types ({kinds}); use one")
     if kind not in FACETS:
-        raise SceneError(
-            f"{file}: {file.body} is made of {kind} cells; allowed are first- and "
-            f"second-order {', '.join(FACETS)}"
-        )
+        raise SceneError(f"{file}: {file.body} is made of {kind} cells; {FIRST_ORDER}")
     sizes = [sum(len(block.nodes) for block in part) for part in parts]
-    cells = np.concatenate([block.corners for block in bodies])
+    cells = np.concatenate([block.nodes for block in bodies])
     _check_once(file, cells, np.repeat(file.bodies, sizes))
     _check_others(file, found, cells)
     for block in bodies:
-        _check_straight(file, block, found.coordinates[_places(file, found.numbers, block)])
+        _places(file, found.numbers, block)
     used, cells = np.unique(cells, return_inverse=True)
     points = found.coordinates[_at(found.numbers, used)[0], : file.dim]
     mesh = TaggedMesh(points, kind, cells.reshape(-1, KINDS[kind].nodes), {}, file.bodies[0])
@@ -183,7 +158,7 @@ def _check_others(file: MeshFile, found: NamedCells, cells: IntArray) -> None:
     for block in found.blocks:
         if block.dim != file.dim or block.name.casefold() in allowed:
             continue
-        others = np.array([frozenset(cell) not in ours for cell in block.corners.tolist()])
+        others = np.array([frozenset(cell) not in ours for cell in block.nodes.tolist()])
         if file.beside is not None and others.any():
             raise SceneError(
                 f'{file} has cells tagged "{block.name}", a name that the scene does not have; '
@@ -206,7 +181,7 @@ def _at(numbers: IntArray, wanted: IntArray) -> tuple[IntArray, NDArray[np.bool_
 
 
 def _places(file: MeshFile, numbers: IntArray, block: Block) -> IntArray:
-    """Indices of a block's nodes in the file's `numbers`."""
+    """Indices of a block's nodes in the file's `numbers`. Raises SceneError if one is missing."""
     if len(numbers):
         places, known = _at(numbers, block.nodes)
         if known.all():
@@ -223,8 +198,8 @@ def _facets(
     for block in found.blocks:
         if not block.name or block.dim != dim - 1 or not len(block.nodes):
             continue
-        nodes, known = _at(numbers, block.corners)
-        if first_order(block.kind) in KINDS and nodes.shape[1] == corners and known.all():
+        nodes, known = _at(numbers, block.nodes)
+        if nodes.shape[1] == corners and known.all():
             sets.setdefault(block.name, []).append(nodes)
         elif block.name in file.parts:
             what = (
@@ -246,33 +221,3 @@ def _once(facets: IntArray) -> IntArray:
     """Facets (n, corners) without duplicates, in order."""
     _, first = np.unique(np.sort(facets, axis=1), axis=0, return_index=True)
     return facets[np.sort(first)]
-
-
-def _check_straight(file: MeshFile, block: Block, points: Array) -> None:
-    """Raise SceneError if a node (cells, nodes, 3) other than a corner is not in a middle."""
-    kind = first_order(block.kind)
-    if kind == block.kind:
-        return
-    corners, weights = KINDS[kind].nodes, _middles(kind)
-    for start in range(0, len(points), CHUNK):
-        some = points[start : start + CHUNK]
-        size = np.linalg.norm(np.ptp(some[:, :corners], axis=1), axis=1)
-        apart = some[:, corners:, None] - (weights @ some[:, :corners])[:, None]
-        wrong = np.argwhere(
-            ~(np.linalg.norm(apart, axis=3).min(axis=2) <= STRAIGHT * size[:, None])
-        )
-        if len(wrong):
-            cell, node = wrong[0]
-            where = ", ".join(f"{x:.6g}" for x in some[cell, corners + node])
-            raise SceneError(
-                f'{file}: "{block.name}" has curved second-order cells: the node at '
-                f"({where}) is not in the middle of its edge; save first-order (linear) cells"
-            )
-
-
-def _middles(kind: str) -> Array:
-    """Weights of corners for the middles of edges, faces and the cell: (middles, corners)."""
-    corners, faces = range(KINDS[kind].nodes), FACETS[kind]
-    edges = [edge for face in faces for edge in zip(face, face[1:] + face[:1], strict=True)]
-    groups = [*edges, *faces, tuple(corners)]
-    return np.array([[(corner in group) / len(group) for corner in corners] for group in groups])

@@ -78,7 +78,7 @@ def _other_format(suffix: str) -> str:
     if suffix in (".bdf", ".nas", ".fem", ".dat"):
         return f"files of Nastran ({suffix}) have no names for sets of facets; {allowed}"
     if suffix in (".vtu", ".vtk", ".xmf"):
-        return f"files of VTK and others ({suffix}) are converted by meshio or gmsh; {allowed}"
+        return f"files of VTK ({suffix}) are not read: meshio convert makes .msh of them; {allowed}"
     what = f'files "*{suffix}" are not read' if suffix else "its name has no suffix"
     return f"{what}; {allowed}; save it as one of these with the program that made it"
 

@@ -1,7 +1,7 @@
 """A user's mesh of a tread block or of ice: read, checked, and refused with a reason.
 
 Requirements: coordinates in `rubber.mesh_unit` (`ice.mesh_unit`), vertical last (a slice lies in
-the file's x-y plane, y up), the ice plane at 0. Cells are of one type, first order or straight, and
+the file's x-y plane, y up), the ice plane at 0. Cells are of one type and of first order, and
 fill the body once (`soundness`). Outer facets have names:
 
 - rubber of triangles, quadrilaterals, tetrahedra or hexahedra named `rubber`; `contact` (all that

@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from iceslide_fem.mesh.named_cells import Block, MeshFile, NamedCells, tagged_mesh
+from iceslide_fem.mesh.named_cells import FIRST_ORDER, Block, MeshFile, NamedCells, tagged_mesh
 from iceslide_fem.mesh.tagged import TaggedMesh
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.companions import companions
@@ -43,7 +43,7 @@ def load(file: MeshFile) -> TaggedMesh:
         raise SceneError(f"{file} can't be read by DOLFINx: {reason}") from None
     points = np.asarray(mesh.geometry.x, dtype=float)
     if mesh.topology.index_map(0).size_local < len(points):
-        raise SceneError(f"{file} has nodes beside the corners of cells; allowed: first order")
+        raise SceneError(f"{file} has nodes beside the corners of cells; {FIRST_ORDER}")
     return tagged_mesh(file, NamedCells(np.arange(len(points)), points, blocks, {}))
 
 
