@@ -263,13 +263,6 @@ def test_a_step_in_load_is_run_and_drawn(tmp_path):
     assert (tmp_path / "loads.png").stat().st_size > 10_000
 
 
-def test_short_slides_want_a_block_that_is_not_left_behind():
-    whole, resting, forces, neither = printed("short_slides")[2:]
-    assert int(whole[5]) == 0 and float(whole[7].split()[0]) < 0.1
-    assert int(forces[5]) == 0
-    assert resting[4].startswith("the run stops at") and neither[4].startswith("the run stops at")
-
-
 def test_hostile_scenes_are_told_apart():
     hostile = importlib.import_module("scripts.studies.hostile")
     scenes = dict(hostile.scenes())
@@ -405,17 +398,6 @@ def test_contact_age_of_points():
         assert at_once < aged < as_it_is
 
 
-def test_dry_shear_freezing_and_passes_are_exact():
-    rows = printed("dry_exact")
-    warming, freezing, rises = rows[2:6], rows[8:11], rows[13:17]
-    assert all(abs(float(row[i])) < 1e-3 for row in warming for i in (3, 5))
-    assert [row[4] for row in freezing] == ["570.97", "1630.71", "404.93"]
-    assert all(abs(float(row[i])) < 1e-2 for row in freezing for i in (3, 5, 7))
-    assert all(abs(float(row[3].rstrip("%"))) < 0.5 for row in rises)
-    freeze = [float(mu) for mu in rows[19][3].split(",")]
-    assert freeze == sorted(freeze, reverse=True)
-
-
 def test_friction_over_passes_of_a_drum(tmp_path):
     text = printed("friction_drum", "--pictures", str(tmp_path))
     means = {row[0]: [float(cell) for cell in row[1:]] for row in text if row[0] in DRUM_ROWS}
@@ -502,14 +484,6 @@ def test_solvers_of_the_heat_equation_find_the_same():
 def test_the_curves_of_one_tree_are_the_same():
     (row,) = [row for row in printed("same_curves") if row[0] == "thesis_1bar"]
     assert int(row[1]) == int(row[2]) > 10 and float(row[5]) == float(row[6]) == 0.0
-
-
-def test_meshed_ice_beside_the_other_models():
-    rows = [row for row in printed("meshed_ice") if row[0] in ("mesh", "continuum", "column")]
-    assert [row[0] for row in rows] == ["mesh", "continuum", "column", *2 * ["mesh", "column"]]
-    largest = [float(row[4]) for row in rows]
-    assert 0.0 == largest[0] < largest[1] < 5e-3 and 0.0 == largest[3] < largest[4] < 0.05
-    assert int(rows[0][2]) > 100
 
 
 def test_a_wheel_is_a_brush_and_slides_on_films():
