@@ -12,7 +12,7 @@ from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.machine import memory_of_machine
 from iceslide_fem.scene import Scene
 
-# Bytes, measured by scripts.studies.cost_estimates
+# Bytes, measured by scripts.studies.accuracy_cost
 PROGRAMS = 0.24e9
 PER_UNKNOWN = 2e3  # mesh, forms, vectors and matrix
 PLANE_FACTORS = 50.0  # of the direct solver in a slice, per n log2(n)

@@ -5,7 +5,7 @@ tolerance, which takes a tenth of a second. A block is solved when its motion re
 dozens of times, then half as often as a point steps at 1e-2, more at smaller tolerances. On sliding
 ice a step is limited to the passage of some cells. Memory and time per step depend on the unknowns.
 The constants are from runs on one 2020s core with OpenBLAS and compiled forms
-(scripts.studies.cost_estimates). The estimates are within a factor of two of those runs
+(scripts.studies.accuracy_cost). The estimates are within a factor of two of those runs
 (tests/test_cost.py). Other scenes may deviate more.
 """
 
@@ -28,13 +28,13 @@ TIGHTER = 0.55  # additional power of 1 / tolerance in a block's number of steps
 FIXED_STEPS = 40  # of a block with fixed steps
 # Seconds of the start, and per step: a constant, and per n^(3/2) (slice) or n^(4/3) (block) of n
 # rubber unknowns, as the direct solver scales; a constant, and per node of continuum ice and of
-# meshed ice. Fitted and printed by scripts.studies.cost_estimates.
+# meshed ice. Fitted and printed by scripts.studies.accuracy_cost.
 START_SECONDS = 2.2
 PLANE_SECONDS = 0.014, 1.1e-8
 SPACE_SECONDS = 0.036, 2.2e-7
 ICE_SECONDS = 0.0, 5.7e-6
 MESHED_SECONDS = 0.0, 1.7e-5
-POINT_SECONDS = 5e-4  # per step of a point: scripts.studies.dry_cost prints it
+POINT_SECONDS = 5e-4  # per step of a point: fitted there, too
 START_STEPS = 15  # press and speed ramp, in steps
 POINT_MEMORY = 0.16e9  # bytes, of which nearly all is programs
 
