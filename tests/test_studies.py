@@ -216,28 +216,21 @@ def test_a_film_that_conducts_badly_melts_earlier():
     assert peaks[1] == pytest.approx(0.503, abs=2e-3)
 
 
+def test_surfaces_are_found_and_cost_what_is_expected(tmp_path):
+    questions = ("--questions", "fit", "cost", "--definition", "thesis")
+    rows = printed("rough_surfaces", *questions, "--pictures", str(tmp_path))
+    assert float(rows[2][3].strip("%")) < 40.0
+    assert rows[5][3] == "0.19482, 0.33154, 0.78076"
+    assert 50.0 < float(rows[-1][3]) < 400.0  # bytes per pixel
+
+
 def test_rough_contact_finds_what_closed_forms_say():
-    rows = {row[0]: row[1] for row in printed("roughness_cost")}
-    assert float(rows["12"]) > 5  # iterations
-    rows = printed("roughness_fit", "--definition", "thesis")
-    assert float(rows[-1][3].strip("%")) < 40.0
-
-
-def test_rubber_that_creeps_has_the_contact_of_softer_rubber():
-    lines = output("roughness_creep").splitlines()
-    off = [line.split(" | ")[3:5] for line in lines if " arm" in line and "%" in line]
-    assert len(off) == 6
+    rows = printed("roughness", "--questions", "forms", "creep")
+    sphere = next(row for row in rows if row[0].startswith("sphere"))
+    assert sphere[1] == "+0.84%, with its rim -0.41%"
+    off = [row[3:5] for row in rows if " arm" in row[1]]
+    assert len(off) == 6  # rubber that creeps has the contact of softer rubber
     assert all(float(cell.strip(" %")) < 1.0 for row in off for cell in row)  # of k and D
-
-
-def test_maps_of_an_instrument_are_pressed_on_coarser_pixels():
-    rows = printed("map_cost")
-    pressed = {row[0]: row[2] for row in rows if "um" in row[0]}
-    assert pressed["512 x 512 of 1.25 um"] == "256 x 256 of 2.5 um"
-    k = [float(row[1]) for row in rows if row[0] == "20"]
-    assert k[:2] == pytest.approx([1.0, 1.0], abs=1e-3)
-    program = next(row for row in rows if row[0].endswith("(the program)"))
-    assert float(program[2].strip(" %")) < 1.0  # of k
 
 
 def test_readings_of_k_are_drawn(tmp_path):

@@ -23,7 +23,7 @@ PIXEL_ROUNDING = 1e-3  # of a pixel's side: rounding in files with few digits
 # Coarser pixels change k and D noticeably: docs/explanation/roughness.md, cost.
 THINNED_TO = 10.0  # pixels per shortest wave of a coarsened map
 THINNED_AT_LEAST = 256  # least pixels along the longer side; takes a second or two
-PROGRAM, PER_PIXEL = 0.2e9, 200.0  # bytes, measured by scripts.studies.map_cost
+PROGRAM, PER_PIXEL = 0.2e9, 200.0  # bytes, measured by scripts.studies.rough_surfaces
 PER_ARM = 32.0  # additional bytes per pixel: a map per arm, and three during a step
 
 
