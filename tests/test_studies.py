@@ -21,10 +21,10 @@ from scripts.studies import (
     footprint_findings,
     friction_drum,
     ice_layers,
+    limits,
     peers_calculix,
     poor_maps,
     sensitivity,
-    sliding_cost,
 )
 from scripts.studies.common import ROOT, case
 from scripts.studies.peers_calculix import displacement
@@ -168,7 +168,8 @@ def test_sliding_variants(tmp_path):
 
 
 def test_maps_of_the_film_law_have_no_failure(tmp_path):
-    rows = printed("stability_atlas", "--maps", "film-weather", "--pictures", str(tmp_path))
+    asked = ("--questions", "maps", "--maps", "film-weather", "--pictures", str(tmp_path))
+    rows = printed("limits", *asked)
     cells = {(row[0], number): cell for row in rows for number, cell in enumerate(row)}
     assert not any(cell.split()[-1:] in (["F"], ["r"]) for cell in cells.values())
     assert cells["-40", 1] == "dry" and cells["-0.1", 8].startswith("m ")
@@ -190,22 +191,20 @@ def test_stiffer_penalty_is_more_accurate_as_an_update_of_multipliers_is(tmp_pat
 
 def test_cost_of_a_step_is_shared_out_among_its_parts(tmp_path):
     path = tmp_path / "1.json"
-    output("sliding_cost", "--child", str(path), "--set", "model=slice",
+    output("limits", "--child", str(path), "--set", "model=slice",
            "--set", "numerics.refinement=0.25", "--set", "load.duration=0.5ms")  # fmt: skip
     found = json.loads(path.read_text(encoding="utf-8"))
     parts = found["parts"]
     # Sampled each millisecond of a run of a second: a small part may be met by no sample.
-    assert set(parts) <= set(sliding_cost.PARTS)
-    mechanics = sum(parts.get(part, 0.0) for part in sliding_cost.MECHANICS)
+    assert set(parts) <= set(limits.PARTS)
+    mechanics = sum(parts.get(part, 0.0) for part in limits.MECHANICS)
     assert mechanics > parts.get("heat", 0.0)  # ten times as much
     assert 0.0 < sum(parts.values()) <= found["seconds"]
     modules = {"rubber.tangent": "solves", "rubber.self_contact": "contact",
                "film.law": "film", "film.ice_heat": "heat",
                "interface.film_frame": "transfer", "output.fields": "output"}  # fmt: skip
-    assert all(
-        sliding_cost.part_of(f"iceslide_fem.{name}") == part for name, part in modules.items()
-    )
-    assert sliding_cost.part_of("numpy.linalg") is None
+    assert all(limits.part_of(f"iceslide_fem.{name}") == part for name, part in modules.items())
+    assert limits.part_of("numpy.linalg") is None
 
 
 def test_a_film_that_conducts_badly_melts_earlier():

@@ -20,7 +20,7 @@ from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.machine import memory_of_machine
 
 PIXEL_ROUNDING = 1e-3  # of a pixel's side: rounding in files with few digits
-# Coarser pixels change k and D noticeably: docs/explanation/roughness.md, cost.
+# Coarser pixels change k and D noticeably.
 THINNED_TO = 10.0  # pixels per shortest wave of a coarsened map
 THINNED_AT_LEAST = 256  # least pixels along the longer side; takes a second or two
 PROGRAM, PER_PIXEL = 0.2e9, 200.0  # bytes, measured by scripts.studies.rough_surfaces
