@@ -143,10 +143,9 @@ def test_answer_of_calculix_is_that_of_the_whole_load(tmp_path):
 
 def test_penalty_moves_the_plate_little():
     rows = printed("penalty_effect")
-    changes = {row[1]: float(row[3].strip("%")) for row in rows if row[0] == "pressed"}
+    changes = {row[1]: float(row[3].strip("%")) for row in rows if row[0] == "slice, 1 bar"}
     assert 0.0 < changes["penalty x 0.5"] < 2.0
     assert -1.0 < changes["penalty x 2"] < 0.0
-    assert all(row[2] != "not found in one solve" for row in rows)
 
 
 def test_two_ranks_change_no_result():
@@ -353,10 +352,6 @@ def test_water_bears_more_below_longer_lugs(tmp_path):
     rows = printed("wet_ice", "--pictures", str(tmp_path))
     shared = [row for row in rows if row[0].endswith(" um") and " bar, " in row[4]]
     assert len(shared) == 4 and all(row[4] == f"{row[2]}, {row[3]}" for row in shared)
-    (strip,) = [row for row in rows if row[0] == "20 mm" and row[1].endswith(" um")]
-    assert float(strip[1].split()[0]) == pytest.approx(18.641, abs=5e-3)
-    means = {row[0]: float(row[2]) for row in rows if row[0] in ("stop", "carry")}
-    assert means["carry"] > 2.0 * means["stop"]
     passes = [row for row in rows if row[0] in "024" and row[1].endswith(" mm")]
     assert [row[7] for row in passes[:2]] == ["never", "never"] and passes[2][7].endswith(" ms")
     afloat = [row[-2] for row in rows if row[-1].endswith(" m/s") and row[0] in "024"]

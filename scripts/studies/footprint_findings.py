@@ -1,5 +1,5 @@
-"""Figures of docs/explanation/footprint.md: round trips, the thesis's formulas with its data, and
-mu over d.
+"""Figures of docs/explanation/footprint.md: pictures read back, the thesis's (4.1) and its balance
+with its data, and the film law over pixels.
 """
 
 from __future__ import annotations
@@ -8,9 +8,6 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
-from rich.console import Console
-from rich.table import Table
 
 from iceslide_fem import reference
 from iceslide_fem.preprocess.footprint.case import FootprintCase
@@ -21,7 +18,6 @@ from iceslide_fem.preprocess.footprint.jaeger import (
     jaeger_exposure,
     jaeger_rise,
 )
-from iceslide_fem.preprocess.footprint.line import gaussian_profile, macroscopic_line
 from iceslide_fem.preprocess.footprint.macroscopic import (
     STATES,
     HeatModel,
@@ -36,7 +32,7 @@ from iceslide_fem.preprocess.footprint.ride import Ride
 from iceslide_fem.preprocess.footprint.survey import survey
 from iceslide_fem.preprocess.footprint.synthetic import Tread, coloured_picture, grey_picture, save
 from iceslide_fem.scene.materials import BAR, CONTACT_TABLES
-from scripts.studies.common import draw, options, picture_options
+from scripts.studies.common import options, table
 
 MU_ST, V, S, T_0, DEPTH = 0.1, 3.0, 1e-5, -4.0, 1e-4  # table 2
 LENGTH, WIDTH, HIGH, SHAPE = 0.18, 0.14, 4e5, (420, 540)
@@ -47,11 +43,9 @@ PRINTED = TABLE_1_ICE
 
 
 def show(title: str, head: list[str], rows: list[list[str]]) -> None:
-    """A table on the screen."""
-    table = Table(*head, title=title, title_justify="left")
-    for row in rows:
-        table.add_row(*row)
-    Console(width=130).print(table)
+    """A table with a title."""
+    print(f"\n{title}\n")
+    table(head, rows)
 
 
 def round_trips(folder: Path) -> None:
@@ -136,15 +130,6 @@ def friction_by_balance() -> None:
     literal *= (V * S * footprint.contact_area) ** 2
     print(f"(4.7) to (4.9) with V, S and A_tot as factors: mean mu {literal:.1g}")
     rows = []
-    for depth in (1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 1e-2):
-        row = [f"{1e3 * depth:g} mm"]
-        for model in (thesis, moving):
-            scale = DEPTH / depth
-            row += [f"{scale * model.mu_mean:.3g}", f"{scale * model.balance.mu:.3g}"]
-        rows.append(row)
-    head = ["d", "(3.3): mean", "balance", "moving: mean", "balance"]
-    show("mu over d", head, rows)
-    rows = []
     for slip in (0.1, 0.2, 0.5, 1.0):
         state = classify(T_0 + slip * rise, contact)
         parameters = Macroscopic(speed=V, slip=slip, depth=DEPTH)
@@ -183,109 +168,14 @@ def film_over_pixels() -> None:
     show("Film law over pixel size", ["pixels", "size", "mean mu", "melting", "saturated"], rows)
 
 
-def formulas() -> None:
-    """Base lines at 2.2 bar, 3 m/s, -4 degC, 0.135 m."""
-    p, length = 2.2e5, 0.135
-    print(f"Navin (1.2) at -4 degC: {float(reference.navin(273.15 + T_0)):.4f}")
-    print(f"Hayhoe-Shapley: {float(reference.hayhoe_shapley(p, V, 273.15 + T_0, length)):.4f}")
-    h, dry = 1e-7, 0.1
-    for share in (0.0, 0.5, 1.0):
-        right = float(reference.peng_rectangle(V, h, p, share * length, length, dry))
-        printed = float(reference.peng_rectangle_as_printed(V, h, p, share * length, length, dry))
-        ellipse = float(
-            reference.peng_ellipse(V, h, p, share * length, 0.5 * np.pi * share, length, dry)
-        )
-        print(
-            f"Peng, {share:.0%} wet, h 100 nm: (1.7) printed {printed:.4f}, put right {right:.4f}, "
-            f"(1.6) {ellipse:.4f}"
-        )
-
-
-def line_of_the_thesis() -> None:
-    """The mono-dimensional model, all three modules, against what is said of figs. 6 and 7."""
-    rows = []
-    for pixels in (1800, 540, 180, 90):
-        _, pressure = gaussian_profile(LENGTH, 2.0 * BAR, pixels)
-        for name, parameters in (
-            ("(4.1), 1 s", Macroscopic()),
-            ("moving, S 0.5", Macroscopic(source="moving", slip=0.5)),
-            ("moving, S 1", Macroscopic(source="moving", slip=1.0)),
-        ):
-            line = macroscopic_line(pressure, LENGTH / pixels, parameters)
-            peak = int(line.rise.argmax())
-            shares = (f"{np.mean(line.state == each):.0%}" for each in STATES)
-            rows.append(
-                [
-                    f"{1e3 * LENGTH / pixels:g} mm",
-                    name,
-                    f"{line.rise[peak]:.2f}",
-                    f"{1e3 * line.x[peak]:.1f} mm",
-                    *(f"{edge - 273.15:.2f}" for edge in line.edges),
-                    *shares,
-                    f"{line.mu_mean:.3g}",
-                    f"{line.balance.mu:.3g}",
-                ]
-            )
-    head = ["pixel", "heat", "peak (K)", "at x", "leading", "trailing (degC)"]
-    head += ["dry", "mixed", "wet", "mean mu", "mu (3.8)"]
-    title = f"Line of 0.18 m, peak 2 bar in its middle; printed: {OWN:g} K and {SOURCE:g} K"
-    show(title, head, rows)
-    x, pressure = gaussian_profile(LENGTH, 2.0 * BAR, 540)
-    for air in (None, -10.0, 0.0):
-        parameters = Macroscopic(
-            source="moving", slip=1.0, air_temperature=None if air is None else air + 273.15
-        )
-        line = macroscopic_line(pressure, LENGTH / 540, parameters)
-        said = "as the ice" if air is None else f"{air:g} degC"
-        print(f"Moving source, tread before contact {said}: mu (3.8) {line.balance.mu:.4f}")
-
-
-def draw_line(path: Path) -> None:
-    """The 1-D model: pressure, (4.1) and the moving source along the centre line."""
-    x, pressure = gaussian_profile(LENGTH, 2.0 * BAR)
-    dx = LENGTH / x.size
-    figure = Figure(figsize=(13.0, 4.4), layout="constrained")
-    left, right, last = figure.subplots(1, 3)
-    left.plot(1e3 * x, pressure / BAR, color="#222222")
-    left.set(xlabel="x (mm), the tyre moves to the right", ylabel="pressure (bar)")
-    left.set_title("Gaussian centre line")
-    for t, colour in ((0.7, "#E69F00"), (1.0, "#D55E00"), (2.0, "#CC79A7")):
-        line = macroscopic_line(pressure, dx, Macroscopic(time=t))
-        right.plot(1e3 * x, line.rise, color=colour, label=f"(4.1), S = 1e-5, t = {t:g} s")
-    for slip, style in ((0.5, "--"), (1.0, "-")):
-        line = macroscopic_line(pressure, dx, Macroscopic(source="moving", slip=slip))
-        right.plot(1e3 * x, line.rise, style, color="#0072B2", label=f"moving source, S = {slip:g}")
-    for printed, name, below in ((OWN, "thesis", False), (SOURCE, "its source", True)):
-        right.axhline(printed, color="0.5", linewidth=1, linestyle=":")
-        place = {"va": "top" if below else "bottom", "ha": "right", "color": "0.4"}
-        right.text(1e3 * LENGTH, printed, f"{name}: {printed:g} K", **place)
-    right.set(xlabel="x (mm), the tyre moves to the right", ylabel="temperature rise (K)")
-    right.set_title("Rise of the ice's surface")
-    right.legend(fontsize=8)
-    for slip, style in ((0.5, "--"), (1.0, "-")):
-        line = macroscopic_line(pressure, dx, Macroscopic(source="moving", slip=slip))
-        last.plot(1e3 * x, line.mu, style, color="#0072B2", label=f"moving source, S = {slip:g}")
-    last.set(xlabel="x (mm), the tyre moves to the right", ylabel="mu by (4.7) to (4.9)")
-    last.set_title("Friction: it jumps with the state")
-    last.legend(fontsize=8)
-    for panel in (left, right, last):
-        panel.grid(alpha=0.25)
-    draw(figure, path)
-
-
 def main() -> None:
-    """Print all tables and draw the centre line."""
-    parser = options(__doc__)
-    picture_options(parser)
-    arguments = parser.parse_args()
+    """Print all tables."""
+    options(__doc__).parse_args()
     with tempfile.TemporaryDirectory() as folder:
         round_trips(Path(folder))
     printed_rises()
-    line_of_the_thesis()
     friction_by_balance()
     film_over_pixels()
-    formulas()
-    draw_line(arguments.pictures / "footprint_line.png")
 
 
 if __name__ == "__main__":

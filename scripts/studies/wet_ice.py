@@ -1,10 +1,8 @@
 """Full voids that share the load, and wet ice: what the water bears, and what it does to friction.
 
-Load sharing on the generated surface of compound B; thick water that lugs squeeze out, against the
-closed form; mean mu of a hot contact with `film.voids` of both kinds; and a block of 20 mm on ice
-with 20 um of water at 2 bar and -1 degC with 0, 2 and 4 sipes, as points that pass it: over time,
-over speed, and again and again. mu is drawn over time beside the water in the voids. With --slices
-slices are run.
+Load sharing on the generated surface of compound B; and a block of 20 mm on ice with 20 um of water
+at 2 bar and -1 degC with 0, 2 and 4 sipes, as points that pass it: over time, over speed, and again
+and again. mu is drawn over time beside the water in the voids. With --slices slices are run.
 """
 
 from __future__ import annotations
@@ -18,11 +16,6 @@ from matplotlib.figure import Figure
 from scipy.integrate import trapezoid
 from scipy.optimize import brentq
 
-from iceslide_fem.film.carrying import CarryingLoads
-from iceslide_fem.film.ice_heat import Column
-from iceslide_fem.film.integrators import InterfaceState, advance
-from iceslide_fem.film.loads import film_loads
-from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.film.voids import Voids
 from iceslide_fem.laws.carrying_film import CarryingFilm
 from iceslide_fem.output.passes import PassRow
@@ -31,7 +24,7 @@ from iceslide_fem.runs.point import point_history
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.scene import Scene, scene_from_dict
 from iceslide_fem.scene.contact_file import read_contact_table
-from iceslide_fem.scene.lugs import Lugs, lugs_of
+from iceslide_fem.scene.lugs import lugs_of
 from iceslide_fem.scene.materials import BAR, ICE, WATER_VISCOSITY
 from iceslide_fem.simulate import run
 from scripts.studies.blocks import slid
@@ -43,8 +36,6 @@ SHARED = (  # um, bar; reference numbers: p_c (bar) and k
     (3.0, 2.0, 0.857, 0.226), (2.0, 5.0, 1.619, 0.358), (2.0, 2.0, 1.619, 0.358),
     (1.0, 5.0, 3.295, 0.560), (1.5, 2.0, 2.0, None),
 )  # fmt: skip
-LUGS = 20e-3, 5.5e-3, 2e-3  # m
-DEEP, SQUEEZED = 100e-6, 5e-3  # m of water, s
 LENGTH, PRESSURE, WATER, CELSIUS = 20e-3, 2.0 * BAR, 20e-6, -1.0  # of the block on wet ice
 SPEED = 4.0
 SIPES = 0, 2, 4
@@ -55,7 +46,6 @@ STORES = {
     "1 mm deep, drained": ("rubber.sipes=2", "rubber.sipe_depth=1 mm", "rubber.sipe_width=0.3 mm"),
     "none": ("rubber.sipes=0",),
 }  # fmt: skip
-WIDTHS = np.inf, 40e-3, 20e-3, 10e-3, 5e-3
 SLIDING = 3.0, 4.0, 10.0
 SPEEDS = 1.0, 2.0, 4.0, 8.0, 15.0, 30.0
 AGAIN, NEXT, TURN, MINUTE = 4, 7e-3, 1.0, 60.0  # passes; s from each to the next: rows 28 mm apart
@@ -71,33 +61,6 @@ def closed_height(lug: float, start: float, time: float) -> float:
 def closed_time(lug: float, start: float, end: float) -> float:
     """Seconds until such water is squeezed from `start` to `end` (m)."""
     return float(WATER_VISCOSITY * lug**2 / (2.0 * PRESSURE) * (end**-2 - start**-2))
-
-
-def squeezed(lug: float, steps: int) -> float:
-    """Water (m) left of `DEEP` below a lug (m) after `SQUEEZED`, hardly sheared."""
-    one = np.ones(1)
-    pressure, speed = PRESSURE * one, 1e-3 * one
-    touching = film_loads(pressure, speed, *VOIDS.table(pressure)[:3])
-    voids = Voids(VOIDS.table, lug)
-    loads = CarryingLoads(voids, touching, pressure, one, WATER_VISCOSITY)
-    ice = Column(270.0 * one, SQUEEZED)
-    state = InterfaceState(np.log(70e-9 * one), DEEP * one, ice.initial(1))
-    times = np.append(0.0, np.geomspace(1e-8, SQUEEZED, steps))
-    for dt in np.diff(times):
-        state = advance(state, loads, loads, dt, ice, INTEGRATORS["sdirk2"]).state
-    return float(state.squeezed_height[0])
-
-
-def hot(voids: str) -> Scene:
-    """5 bar and 6 m/s for 7 ms on ice at -1 degC, compound B as published."""
-    return scene_from_dict({
-        "name": "hot", "model": "point",
-        "rubber": {"compound": "B", "length": LENGTH, "width": LENGTH, "height": 8e-3},
-        "load": {"pressure": 5.0 * BAR, "speed": 6.0, "duration": 7e-3},
-        "ice": {"temperature": f"{CELSIUS} degC"},
-        "film": {"voids": voids},
-        "numerics": {"tolerance": 1e-4},
-    })  # fmt: skip
 
 
 def wet(sipes: int, speed: float = SPEED, water: float = WATER, tolerance: float = 1e-3) -> Scene:
@@ -174,30 +137,6 @@ def print_lengths() -> None:
             cells = (f"{1e6 * length:.3g} um" for length in lengths)
             rows.append((f"{bar:g} bar", f"{name}, {1e6 * water:.2f} um", *cells))
     table(("pressure", "water", *(f"at {v:g} m/s" for v in SLIDING)), rows)
-
-
-def print_squeezing(steps: int) -> None:
-    """Rows of thick water that lugs squeeze out."""
-    rows = []
-    for lug in LUGS:
-        left, due = squeezed(lug, steps), closed_height(lug, DEEP, SQUEEZED)
-        rows.append((
-            f"{1e3 * lug:g} mm", f"{1e6 * left:.3f} um", f"{1e6 * due:.3f} um",
-            f"{1e3 * closed_time(lug, DEEP, 3e-6):.2f} ms",
-        ))  # fmt: skip
-    table(("lug", "left after 5 ms", "closed form", "closed form: to 3 um"), rows)
-
-
-def print_hot() -> None:
-    """mu of the hot contact with voids of both kinds."""
-    at, rows = np.array([0.5, 1.0, 2.0, 4.0, 7.0]) * 1e-3, []
-    for voids in ("stop", "carry"):
-        found, entries = point_history(hot(voids))
-        time, mu = (np.array([getattr(row, name) for row in found]) for name in ("time_s", "mu"))
-        cells = (f"{value:.4f}" for value in np.interp(at, time, mu))
-        full = f"{1e3 * entries['saturation_s']:.2f} ms"
-        rows.append((voids, full, f"{entries['mu_mean']:.4f}", *cells))
-    table(("voids", "full at", "mean mu", *(f"{1e3 * t:g} ms" for t in at)), rows)
 
 
 def print_passes(passes: dict[int, Passed], dry: dict[int, Passed]) -> None:
@@ -323,15 +262,6 @@ def print_stores(quick: bool) -> None:
     table(heads, rows)
 
 
-def print_widths() -> None:
-    """Outflow lengths of a lug of 20 mm by its width, and of time that it needs more."""
-    rows = []
-    for width in WIDTHS:
-        lug = Lugs(np.array([[0.0, LENGTH]]), width, np.zeros(0)).longest
-        rows.append((f"{1e3 * width:g} mm", f"{1e3 * lug:.2f} mm", f"{(lug / LENGTH) ** 2:.3f}"))
-    table(("width", "B of a lug of 20 mm", "time to squeeze, of a long strip's"), rows)
-
-
 def drawn_below() -> Figure:
     """Pressure, its part that the asperities bear, and water below blocks with sipes, after as long
     as ice is below them.
@@ -404,12 +334,6 @@ def main() -> None:
     print_sharing()
     print()
     print_lengths()
-    print()
-    print_squeezing(300 if given.quick else 1500)
-    print()
-    print_widths()
-    print()
-    print_hot()
     print()
     tolerance = 1e-2 if given.quick else 1e-3
     dry = {sipes: Passed.of(wet(sipes, water=0.0, tolerance=tolerance)) for sipes in SIPES}
