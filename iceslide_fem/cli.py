@@ -12,34 +12,51 @@ import sys
 import time
 import traceback
 from collections.abc import Sequence
-from typing import Annotated, NoReturn
+from typing import Annotated, Any, NoReturn
 
 import typer
+from typer.core import TyperGroup
 
 from iceslide_fem import __version__
 from iceslide_fem.app.options import app as page
 from iceslide_fem.commands.cases import cases
 from iceslide_fem.commands.doctor import doctor
-from iceslide_fem.commands.footprint import footprint
 from iceslide_fem.commands.info import info
 from iceslide_fem.commands.ladder import ladder
+from iceslide_fem.commands.preprocessors import COMMANDS, placeholder, whole
 from iceslide_fem.commands.report import report
 from iceslide_fem.commands.run import run
 from iceslide_fem.commands.sweep import sweep
 from iceslide_fem.commands.view import view
-from iceslide_fem.commands.wheel import wheel
-from iceslide_fem.preprocess.roughness.options import roughness
-from iceslide_fem.preprocess.rubber.options import rubber
 from iceslide_fem.runtime.errors import IceslideError, OutputError, SceneError
 from iceslide_fem.runtime.launch import on_one_process, rank, stop_all_ranks
 from iceslide_fem.runtime.terminal import patient_screen
 
+OPTIONS: dict[str, Any] = {
+    "add_completion": False,
+    "pretty_exceptions_enable": False,
+    "rich_markup_mode": "rich",
+    "context_settings": {"help_option_names": ["-h", "--help"]},
+}
+
+
+class Commands(TyperGroup):
+    """The commands; those of preprocessors load their options when they are called."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> tuple[str | None, Any, list[str]]:
+        """Name, command and its words."""
+        name, found, words = super().resolve_command(ctx, args)
+        if name in COMMANDS:
+            alone = typer.Typer(**OPTIONS)
+            alone.command(name)(on_one_process(whole(name)))
+            found = typer.main.get_command(alone)
+        return name, found, words
+
+
 app = typer.Typer(
-    add_completion=False,
+    cls=Commands,
+    **OPTIONS,
     no_args_is_help=True,
-    pretty_exceptions_enable=False,
-    rich_markup_mode="rich",
-    context_settings={"help_option_names": ["-h", "--help"]},
     epilog="In parallel: mpirun -n 2 iceslide run cases/thesis_1bar.toml",
 )
 
@@ -66,10 +83,8 @@ app.command()(info)
 app.command()(ladder)
 app.command()(view)
 app.command()(on_one_process(report))
-app.command()(on_one_process(footprint))
-app.command()(on_one_process(wheel))
-app.command()(on_one_process(roughness))
-app.command()(on_one_process(rubber))
+for name in COMMANDS:
+    app.command(name)(placeholder(name))
 app.command()(on_one_process(cases))
 app.command()(on_one_process(doctor))
 app.command("app")(on_one_process(page))

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 from iceslide_fem.output.passes import PassRow
 from iceslide_fem.output.summary import write_summary
 from iceslide_fem.output.table import Table
+from iceslide_fem.postprocess.report.pass_charts import draw_run
 from iceslide_fem.postprocess.results import Run, read_run
-from iceslide_fem.postprocess.results.report import report
 from iceslide_fem.runs.checkpoint import FILE as CHECKPOINT
 from iceslide_fem.runs.checkpoint import Checkpoint, finish
 from iceslide_fem.runs.doubts import before_run
@@ -254,4 +254,4 @@ def _finish(out: Path, summary: dict[str, Any], pictures: bool) -> None:
     if not pictures:
         return
     with writing(out / "report.png"):
-        report(out)
+        draw_run(out)

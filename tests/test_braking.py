@@ -1,18 +1,17 @@
 """A quarter car that brakes: exact stops, works, controls, and what is refused."""
 
-import csv
-
 import numpy as np
+import pandas as pd
 import pytest
 
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.ride import Ride
 from iceslide_fem.preprocess.wheel import braking
 from iceslide_fem.preprocess.wheel.braking import brake, brake_ideally, compare_controls
-from iceslide_fem.preprocess.wheel.braking_figure import braking_figure
-from iceslide_fem.preprocess.wheel.braking_output import history_table, stop_figures
+from iceslide_fem.preprocess.wheel.charts import charts_of_stops
 from iceslide_fem.preprocess.wheel.contact import FilmContact
 from iceslide_fem.preprocess.wheel.friction import Tread, friction
+from iceslide_fem.preprocess.wheel.output import stop_columns, stop_figures
 from iceslide_fem.preprocess.wheel.quarter_car import GRAVITY, Brake, QuarterCar, Threshold
 from iceslide_fem.preprocess.wheel.rolling import Rolling
 from iceslide_fem.preprocess.wheel.slip_table import SlipTable, axes_of_a_stop, slip_table
@@ -181,15 +180,15 @@ def test_a_stop_says_what_it_is():
 
 def test_what_is_written_and_drawn_is_the_stop():
     stops = compare_controls(PEAKED, 15.0, 1.5)
-    rows = list(csv.DictReader(history_table(stops).splitlines()))
+    table = pd.DataFrame(stop_columns(stops))
     for name, figures in stop_figures(stops).items():
-        (*_, last) = (row for row in rows if row["control"] == name)
-        assert np.isclose(float(last["distance_m"]), figures["distance_m"], rtol=1e-8)
-        assert np.isclose(float(last["time_s"]), figures["time_s"], rtol=1e-8)
+        last = table[table["control"] == name].iloc[-1]
+        assert last["distance_m"] == figures["distance_m"]
+        assert last["time_s"] == figures["time_s"]
         assert np.isclose(figures["end_speed_m_s"], 1.5)
-    speed, *_, distance = braking_figure(stops, CAR, "stops").axes
-    assert [line.get_label() for line in speed.lines[::2]] == list(stops)
-    ends = [line.get_ydata()[-1] for line in distance.lines[::2]]
+    speed, *_, distance = charts_of_stops(table)
+    assert [curve.name for curve in speed.curves] == list(stops)
+    ends = [curve.y[-1] for curve in distance.curves]
     assert ends == [stop.distance for stop in stops.values()]
     speeds, slips = axes_of_a_stop(15.0, 1.5)
     assert (speeds[0], speeds[-1], slips[0], slips[-1]) == (1.5, 15.0, 0.0, 1.0)

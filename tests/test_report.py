@@ -7,9 +7,9 @@ import matplotlib.image
 import numpy as np
 import pytest
 
+from iceslide_fem.postprocess.report.pass_charts import draw_run
 from iceslide_fem.postprocess.results import differences, field_files, read_run
 from iceslide_fem.postprocess.results.quantities import energy_unit
-from iceslide_fem.postprocess.results.report import report
 from iceslide_fem.runtime.errors import SceneError
 
 pytest.importorskip("iceslide_fem.fenics.compat")  # the outputs' writers need it
@@ -23,7 +23,7 @@ pytestmark = pytest.mark.quick
 @pytest.mark.parametrize("model, preload", [("point", False), ("block", True)])
 def test_report_is_a_picture(tmp_path, model, preload, saturation):
     write_run(tmp_path, model, saturation, preload)
-    path = report(tmp_path)
+    path = draw_run(tmp_path)
     assert path == tmp_path / "report.png"
     image = matplotlib.image.imread(path)[..., :3]
     assert image.shape[0] > 800 and image.shape[1] > 1000
@@ -80,7 +80,7 @@ def test_differences_are_relative_and_at_the_times_of_the_other_run(tmp_path):
 
 
 def test_no_dolfinx_is_needed():
-    modules = "iceslide_fem.postprocess.results.report, iceslide_fem.postprocess.results.view"
+    modules = "iceslide_fem.postprocess.report.pass_charts, iceslide_fem.postprocess.results.view"
     code = f"import sys, {modules}; print('dolfinx' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"

@@ -25,7 +25,7 @@ from iceslide_fem.workflow.sweep import make_plan, read_sweep, run_sweep, share_
 from iceslide_fem.workflow.sweep import points as sweep_points
 from iceslide_fem.workflow.sweep.outcome import read_outcome
 from iceslide_fem.workflow.sweep.plan import value_of
-from iceslide_fem.workflow.sweep.plots import friction_against, maps, plot_sweep
+from iceslide_fem.workflow.sweep.plots import charts_of_sweep, plot_sweep
 from iceslide_fem.workflow.sweep.processes import Cores, take_over, write_scene
 from iceslide_fem.workflow.sweep.report_page import warnings_of
 
@@ -246,20 +246,15 @@ def test_pictures_of_one_two_and_three_varied_keys(tmp_path):
         assert all(picture.stat().st_size > 10_000 for picture in pictures)
 
 
-def test_a_picture_says_how_many_of_the_values_it_shows(tmp_path):
-    varied = ["load.speed=1:5:10", "ice.temperature=-15degC:-1degC:3"]
-    figure = friction_against(run_sweep(point_plan(*varied), tmp_path, None), "ice.temperature")
-    legend = figure.axes[0].get_legend()
-    assert legend.get_title().get_text() == "speed (m/s)\n8 of 10 values"
-    assert len(legend.get_texts()) == 8
-
-
-def test_a_map_ends_where_its_values_end(tmp_path):
-    varied = ["load.speed=2,4", "ice.temperature=-9degC:-1degC:3"]
-    figure = maps(run_sweep(point_plan(*varied), tmp_path, None), "load.speed", "ice.temperature")
-    for ax in figure.axes[:3]:
-        assert ax.get_xlim() == pytest.approx((2.0, 4.0))
-        assert ax.get_ylim() == pytest.approx((-9.0, -1.0))
+def test_a_chart_says_how_many_of_the_curves_it_shows(tmp_path):
+    varied = ["load.speed=1:5:14", "ice.temperature=-15degC:-1degC:3"]
+    charts = charts_of_sweep(run_sweep(point_plan(*varied), tmp_path, None))
+    (chart,) = charts["mu_by_ice.temperature"]
+    assert len(chart.curves) == 12 and chart.says.endswith("12 of 14 combinations are drawn")
+    assert [chart.curves[end].name for end in (0, -1)] == ["speed 1", "speed 5"]
+    mu, height, onset = charts["map_load.speed_ice.temperature"]
+    assert np.shape(mu.values) == np.shape(onset.values) == (3, 14)
+    assert list(mu.places[1]) == pytest.approx([-15.0, -8.0, -1.0])
 
 
 def test_auto_chooses_ice_and_model_of_every_case(tmp_path):

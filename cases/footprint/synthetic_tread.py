@@ -12,9 +12,9 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from iceslide_fem.preprocess.footprint.command import run
-from iceslide_fem.preprocess.footprint.summary import lines
+from iceslide_fem.preprocess.footprint.command import FOOTPRINT
 from iceslide_fem.preprocess.footprint.synthetic import Tread, coloured_picture, save
+from iceslide_fem.preprocess.work import run
 
 HIGH = 4e5  # Pa, the upper end of the legend
 
@@ -31,6 +31,7 @@ def main() -> None:
     picture, legend = coloured_picture(truth, HIGH, "jet")
     arguments.out.parent.mkdir(parents=True, exist_ok=True)
     _, figures = run(
+        FOOTPRINT,
         {
             "image": save(picture, arguments.out.with_suffix(".jpg")),
             "length": tread.length,
@@ -41,7 +42,7 @@ def main() -> None:
         },
         arguments.out,
     )
-    for name, value in lines(figures):
+    for name, value in FOOTPRINT.words(figures).lines:
         print(f"{name:32} {value}")
     found = figures["footprint"]
     for key, true in truth.summary().items():

@@ -12,14 +12,15 @@ import xarray as xr
 
 from iceslide_fem.api.datasets import Variables, plain_attributes, variables
 from iceslide_fem.preprocess.footprint import command as footprints
-from iceslide_fem.preprocess.footprint.source_options import results_folder
 from iceslide_fem.preprocess.footprint.survey import Survey
 from iceslide_fem.preprocess.roughness import command as surfaces
 from iceslide_fem.preprocess.roughness.survey import columns
 from iceslide_fem.preprocess.wheel import command as wheels
+from iceslide_fem.preprocess.wheel.output import columns as slip_columns
+from iceslide_fem.preprocess.work import results_folder, run
 from iceslide_fem.runtime.column_names import attributes_of
 from iceslide_fem.scene import flat
-from iceslide_fem.scene.fingerprint import versions, versions_in_words
+from iceslide_fem.scene.fingerprint import versions_in_words
 
 # Columns by the names that the maps have in ParaView.
 MAPS = {
@@ -75,7 +76,7 @@ def footprint(
     """
     values = _as_options({"image": image, **options})
     folder = Path(out) if out is not None else results_folder(values)
-    survey, figures = footprints.run(values, folder, force)
+    survey, figures = run(footprints.FOOTPRINT, values, folder, force)
     return xr.Dataset(
         _maps(survey), attrs=_attributes("footprint", figures["source"], folder, figures)
     )
@@ -113,9 +114,9 @@ def roughness(
     ```
     """
     values = _as_options({"surface": surface, **options})
-    folder = Path(out) if out is not None else Path("results") / Path(surface).stem
-    found, figures = surfaces.run(values, folder, force)
-    attributes = _attributes("roughness", surface, folder, {**figures, "versions": versions()})
+    folder = Path(out) if out is not None else results_folder(values)
+    found, figures = run(surfaces.ROUGHNESS, values, folder, force)
+    attributes = _attributes("roughness", surface, folder, figures)
     parts = [xr.Dataset(variables(columns(each), "pressure_Pa")) for each in found]
     if len(parts) > 1:
         ages = [each.age for each in found]
@@ -158,8 +159,9 @@ def wheel(
     if vary:
         values["vary"] = [f"{key}={_as_text(several)}" for key, several in vary.items()]
     folder = Path(out) if out is not None else results_folder(values, "_wheel")
-    found, figures = wheels.run(values, folder, force)
-    table = pd.DataFrame(found).set_index(["speed_m_s", "temperature_C", "slip"])
+    found, figures = run(wheels.WHEEL, values, folder, force)
+    slipping = slip_columns(found.curves, found.read.pressure_map.load)
+    table = pd.DataFrame(slipping).set_index(["speed_m_s", "temperature_C", "slip"])
     result = xr.Dataset.from_dataframe(table)
     for name, variable in result.variables.items():
         variable.attrs = attributes_of(str(name))
@@ -186,7 +188,7 @@ def _attributes(
     kind: str, source: Path | str, folder: Path, figures: Mapping[str, Any]
 ) -> dict[str, Any]:
     """Attributes of a dataset of the `kind`: figures that are numbers or texts, and versions."""
-    own = {key: value for key, value in figures.items() if key not in ("case", "versions")}
+    own = {key: value for key, value in figures.items() if key not in ("case", "versions", "shown")}
     return {
         "iceslide_fem": kind,
         "name": Path(source).stem,

@@ -62,7 +62,7 @@ def ladder(
     for sentence in not_run(outcomes):
         typer.echo(sentence)
     best, finest = cheapest_of(outcomes, tolerance), finest_of(outcomes)
-    if best is None or finest is None:
+    if best is None or finest is None or finest.run is None:
         raise SimulationStopped("no level of the ladder ran to its end")
     typer.echo(
         f"Within {tolerance:g} of {finest.name} at every time: {best.name} is the cheapest."
@@ -70,7 +70,8 @@ def ladder(
         else f"No cheaper level is within {tolerance:g} of {finest.name} at every time."
     )
     if rank() == 0:
-        ladder_chart(f"{scene.name}: every level", outcomes, tolerance, best, out / "ladder.png")
+        title = f"{scene.name}: every level"
+        ladder_chart(title, outcomes, finest.run, out / "ladder.png")
         write_scene(scene_file, overrides or [], best.level, out / f"{scene.name}.toml")
     if not no_report:
         leave_report(out)

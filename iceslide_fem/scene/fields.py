@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import get_args
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from iceslide_fem.runtime.units import readable
+from iceslide_fem.runtime.units import celsius, readable
 from iceslide_fem.scene.rows import RowsOf
 from iceslide_fem.scene.units import Quantity
 
@@ -36,6 +37,28 @@ def unit_of_field(field: FieldInfo) -> str | None:
     """SI unit of a field ("" for a pure number), None if it is not a number."""
     quantity = quantity_of(field)
     return None if quantity is None else quantity.unit
+
+
+def default_text(field: FieldInfo) -> str:
+    """The default of a field as a user types it, temperatures in degrees Celsius; "" if it has none
+    or the default is nothing.
+    """
+    if field.is_required() or field.default in (None, {}, ()):
+        return ""
+    value, quantity = field.default, quantity_of(field)
+    if isinstance(quantity, RowsOf):
+        quantity = quantity.value
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, tuple):
+        return ", ".join(map(str, value))
+    if quantity is None or not isinstance(value, float):
+        return str(value)
+    if quantity.low.endswith("degC"):
+        return celsius(value)
+    if quantity.unit == "rad":
+        return f"{math.degrees(value):g} deg"
+    return with_unit(value, quantity.unit)
 
 
 def with_unit(value: float, unit: str) -> str:

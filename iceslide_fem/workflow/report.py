@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from iceslide_fem.postprocess.report.page import Page, write_page
 from iceslide_fem.postprocess.results import read_run
@@ -43,14 +44,9 @@ def page_of(folders: Sequence[Path]) -> Page:
         return page_of_runs(list(folders))
     (folder,) = folders
     summary = _summary(folder)
-    if "footprint" in summary:
-        from iceslide_fem.preprocess.footprint.report_page import page_of_footprint
-
-        return page_of_footprint(folder, summary)
-    if "wheel" in summary:
-        from iceslide_fem.preprocess.wheel.report_page import page_of_wheel
-
-        return page_of_wheel(folder, summary)
+    for key in ("footprint", "wheel"):
+        if key in summary:
+            return _page_of_preprocessor(folder, key, summary)
     if summary:
         from iceslide_fem.postprocess.report.of_run import page_of_run
 
@@ -71,7 +67,22 @@ def page_of(folders: Sequence[Path]) -> Page:
     raise SceneError(f"{folder} holds nothing to report: no run, sweep, ladder, footprint or wheel")
 
 
-def _summary(folder: Path) -> dict[str, object]:
+def _page_of_preprocessor(folder: Path, name: str, summary: Mapping[str, Any]) -> Page:
+    """The page of a footprint or wheel. Raises SceneError if its files are damaged."""
+    from iceslide_fem.preprocess.footprint import command as footprints
+    from iceslide_fem.preprocess.wheel import command as wheels
+    from iceslide_fem.preprocess.work import page_of
+
+    try:
+        if name == "wheel":
+            return page_of(wheels.words(summary), wheels.charts_in(folder), summary)
+        drawn = footprints.charts_in(folder, summary["case"]["thesis_balance"])
+        return page_of(footprints.words(summary), drawn, summary)
+    except (AttributeError, KeyError, OSError, TypeError, ValueError) as error:
+        raise SceneError(f"{folder} holds no whole {name} ({error})") from None
+
+
+def _summary(folder: Path) -> dict[str, Any]:
     """Content of summary.json in the folder; empty without one."""
     path = folder / "summary.json"
     if not path.is_file():

@@ -9,14 +9,16 @@ change by with finer tables.
 from __future__ import annotations
 
 import numpy as np
+import pandas as pd
 
+from iceslide_fem.postprocess.report.png import figure_of
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.ride import Ride
 from iceslide_fem.preprocess.wheel.braking import compare_controls
-from iceslide_fem.preprocess.wheel.braking_figure import braking_figure
+from iceslide_fem.preprocess.wheel.charts import charts_of_stops
 from iceslide_fem.preprocess.wheel.contact import FilmContact
 from iceslide_fem.preprocess.wheel.friction import Tread
-from iceslide_fem.preprocess.wheel.quarter_car import QuarterCar
+from iceslide_fem.preprocess.wheel.output import stop_columns
 from iceslide_fem.preprocess.wheel.slip_table import KMH, SLIPS, SPEEDS, SlipTable, slip_table
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene.materials import BAR, CONTACT_TABLES
@@ -82,11 +84,7 @@ def main() -> None:
             for size, found in stops.items()
         ],
     )
-    title = (
-        f"A quarter car brakes from {KMH * first:.0f} to {KMH * last:.0f} km/h: slick of "
-        f"{1e3 * LENGTH:.0f} mm, {PRESSURE / BAR:.0f} bar, ice at {CELSIUS:.0f} °C"
-    )
-    figure = braking_figure(compared, QuarterCar(), title)
+    figure = figure_of(charts_of_stops(pd.DataFrame(stop_columns(compared))))
     draw(figure, given.pictures / "braking.png")
 
 

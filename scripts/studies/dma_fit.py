@@ -15,9 +15,10 @@ from pathlib import Path
 
 import numpy as np
 
+from iceslide_fem.postprocess.report.png import figure_of
 from iceslide_fem.preprocess.rubber.case import RubberCase
+from iceslide_fem.preprocess.rubber.charts import charts
 from iceslide_fem.preprocess.rubber.compound import compound
-from iceslide_fem.preprocess.rubber.figures import master_curve, stress
 from iceslide_fem.relaxation.dma import read_dma
 from iceslide_fem.relaxation.dma_fit import characterised
 from iceslide_fem.relaxation.prony import Prony
@@ -111,8 +112,8 @@ def main() -> None:
         table(head, rows(Path(folder)))
     case = RubberCase.of({"source": CASE})
     shown = compound(case)
-    draw(master_curve(shown), given.pictures / "rubber_master_curve.png")
-    draw(stress(case, shown), given.pictures / "rubber_stress.png")
+    parts = charts(case, shown)["master_curve"]
+    draw(figure_of(parts), given.pictures / "rubber_master_curve.png")
 
 
 if __name__ == "__main__":

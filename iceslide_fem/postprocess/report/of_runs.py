@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -104,32 +105,15 @@ def page_of_ladder(folder: Path, summaries: list[Path]) -> Page:
     """Page of the levels of a ladder: error relative to the finest level, and time."""
     runs = sorted((read_run(path.parent) for path in summaries), key=_fineness)
     finest = runs[-1]
-    tolerance = finest.scene["numerics"]["tolerance"]
     named = {run.directory.name: run for run in runs}
-    rows, errors, seconds = [], [], []
+    rows = []
     for name, run in named.items():
         largest, rms = largest_and_rms(run, finest)
         texts = ["finest", ""] if run is finest else [f"{largest:.2%}", f"{rms:.2%}"]
         wall, mean = float(run.summary["wall_s"]), run.summary["mu_mean"]
         texts += [f"{wall:.2f}", verdict(run, finest, largest)]
         rows.append([Cell(name), Cell(f"{mean:.4f}", "mu_mean", mean), *map(Cell, texts)])
-        if run is not finest:
-            errors.append(max(largest, 1e-2 * tolerance))
-            seconds.append(wall)
     head = ["level", "mean mu", "largest difference", "rms", "seconds", ""]
-    cost = Chart(
-        "cost",
-        "Error against time",
-        f"Largest difference of mu(t) to the finest level, {finest.directory.name}, over the "
-        f"seconds that a level took; the tolerance is {tolerance:g}",
-        "seconds",
-        "difference of mu(t)",
-        [
-            Curve("levels", seconds, errors, marks=True),
-            Curve("tolerance", [min(seconds), max(seconds)], [tolerance] * 2, 1),
-        ],
-        logarithmic="xy",
-    )
     return Page(
         title=f"{finest.scene['name']}: every level",
         summary="The same scene on every level of the model ladder that was worth running. "
@@ -140,7 +124,7 @@ def page_of_ladder(folder: Path, summaries: list[Path]) -> Page:
                 "The ladder",
                 [Table("Levels in the order of what they leave out", head, rows)],
             ),
-            Section("curves", "Curves", [*([cost] if seconds else []), *charts_of_runs(named)]),
+            Section("curves", "Curves", [*error_over_time(named, finest), *charts_of_runs(named)]),
             _warnings(named),
             Section(
                 "neglected",
@@ -161,6 +145,35 @@ def page_of_ladder(folder: Path, summaries: list[Path]) -> Page:
             ),
         ],
     )
+
+
+def error_over_time(runs: Mapping[str, Run], finest: Run) -> list[Chart]:
+    """Chart of each level's difference of mu(t) to the `finest` over its seconds, if there is one.
+
+    A difference below 1 % of the tolerance is drawn there.
+    """
+    tolerance = finest.scene["numerics"]["tolerance"]
+    levels = [
+        Curve(
+            name,
+            [float(run.summary["wall_s"])],
+            [max(largest_and_rms(run, finest)[0], 1e-2 * tolerance)],
+            look,
+            True,
+        )
+        for look, (name, run) in enumerate(runs.items())
+        if run is not finest
+    ]
+    if not levels:
+        return []
+    seconds = [float(run.summary["wall_s"]) for run in runs.values()]
+    says = (
+        f"Largest difference of mu(t) to the finest level, {finest.directory.name}, over the "
+        f"seconds that a level took; the tolerance is {tolerance:g}"
+    )
+    limit = Curve("tolerance", [min(seconds), max(seconds)], [tolerance] * 2, 3)
+    title, y = "Error against time", "difference of mu(t)"
+    return [Chart("cost", title, says, "seconds", y, [*levels, limit], logarithmic="xy")]
 
 
 def verdict(run: Run, finest: Run, largest: float) -> str:

@@ -68,7 +68,10 @@
     }
 
     const scale = (colours) => colours.map((colour, i) => [i / (colours.length - 1), colour]);
-    const bar = (unit) => ({ title: { text: unit, side: "right" }, thickness: 12, outlinewidth: 0 });
+    const bar = (unit, classes = []) => ({
+        title: { text: unit, side: "right" }, thickness: 12, outlinewidth: 0,
+        ...(classes.length ? { tickvals: classes.map((_, i) => i + 1), ticktext: classes } : {}),
+    });
 
     // Many names go beside the curves, or where there is no room are read at the pointer.
     function legend(part) {
@@ -87,7 +90,7 @@
         map: (part) => ({
             data: [{
                 type: "heatmap", x: part.xs, y: part.ys, z: part.values, colorscale: scale(part.colours),
-                colorbar: bar(part.unit), hoverongaps: false,
+                colorbar: bar(part.unit, part.classes), hoverongaps: false,
                 hovertemplate: `%{x:.4~g}, %{y:.4~g}: %{z:.4~g} ${part.unit}<extra></extra>`,
                 ...(part.range ? { zmin: part.range[0], zmax: part.range[1] } : {}),
             }],

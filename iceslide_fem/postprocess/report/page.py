@@ -23,6 +23,7 @@ from iceslide_fem.runtime.files import replace_file
 
 DIGITS = 6  # of drawn numbers
 FEW = 6  # largest number of curves in a legend above a chart
+PIXELS = 260  # of a map along x at most: every n-th is drawn
 DRAWN = 1500  # points of a curve at most
 COLOURS = 24  # of a colour map
 LISTED = 12  # rows of the table below a chart at most
@@ -86,7 +87,11 @@ class Chart(NamedTuple):
 
 
 class HeatMap(NamedTuple):
-    """Values (ny, nx) over x and y, NaN without a value; range: ends of the colours, or None."""
+    """Values (ny, nx) over x and y, NaN without a value.
+
+    range: ends of the colours, or None; classes: names of the values 1, 2 and so on; marked: places
+    (ny, nx) that a picture hatches, as `says` tells.
+    """
 
     name: str
     title: str
@@ -99,6 +104,8 @@ class HeatMap(NamedTuple):
     colours: str = "viridis"
     equal: bool = False
     range: tuple[float, float] | None = None
+    classes: Sequence[str] = ()
+    marked: ArrayLike | None = None
 
 
 class Fields(NamedTuple):
@@ -204,14 +211,19 @@ def _numbers(page: Page) -> dict[str, Any]:
                 "curves": [_curve(curve) for curve in part.curves],
             }
         elif isinstance(part, HeatMap):
-            values = np.asarray(part.values, dtype=float)
+            every = -(-np.shape(part.values)[1] // PIXELS)
+            values = np.asarray(part.values, dtype=float)[::every, ::every]
+            x, y = (np.asarray(place)[::every] for place in part.places)
             found[part.name] = {
                 "kind": "map",
-                "xs": plain(part.places[0]),
-                "ys": plain(part.places[1]),
+                "xs": plain(x),
+                "ys": plain(y),
                 "values": [plain(row) for row in values],
                 "colours": colours(part.colours),
-                **{key: getattr(part, key) for key in ("x", "y", "unit", "equal", "range")},
+                **{
+                    key: getattr(part, key)
+                    for key in ("x", "y", "unit", "equal", "range", "classes")
+                },
             }
         elif isinstance(part, Fields):
             found["fields"] = {"moments": list(part.moments), "drawings": list(part.drawings)}

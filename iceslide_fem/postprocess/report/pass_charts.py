@@ -1,14 +1,16 @@
-"""Charts of runs with several passes over the same ice: over passes, and within a pass."""
+"""All charts of runs, those with several passes over the same ice, too; and a run's picture."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 
 import numpy as np
 
 from iceslide_fem.postprocess.report.curves import SAID, charts_of, charts_of_one
 from iceslide_fem.postprocess.report.page import Chart, Curve
-from iceslide_fem.postprocess.results import Run
+from iceslide_fem.postprocess.report.png import save_png
+from iceslide_fem.postprocess.results import Run, read_run
 from iceslide_fem.postprocess.results.passes import PASS
 
 # Columns of passes.csv: title, axis, factor, and the columns with their names.
@@ -44,6 +46,17 @@ def charts_of_run(run: Run) -> list[Chart]:
     both = {"pass 1": run.one_pass(1), f"pass {run.passes[PASS].size}": last}
     of_last = [chart._replace(title=f"{chart.title}, last pass") for chart in charts_of_one(last)]
     return [*_over_passes({"": run}), *charts_of(both), *of_last]
+
+
+def draw_run(directory: Path | str) -> Path:
+    """Draw the charts of a finished run as report.png in its directory; returns the path.
+
+    Raises SceneError if the directory holds no finished run.
+    """
+    path = Path(directory) / "report.png"
+    run = read_run(directory)
+    save_png(charts_of_run(run), path, run.title)
+    return path
 
 
 def charts_of_runs(runs: Mapping[str, Run]) -> list[Chart]:

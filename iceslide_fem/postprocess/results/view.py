@@ -13,9 +13,9 @@ import imageio.v2 as imageio
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
+from iceslide_fem.postprocess.report.pass_charts import draw_run
 from iceslide_fem.postprocess.results import Run, read_run
 from iceslide_fem.postprocess.results.picture import DPI, Scales, draw, scales_of
-from iceslide_fem.postprocess.results.report import report
 from iceslide_fem.postprocess.results.snapshots import read_snapshot, times
 from iceslide_fem.runtime.progress import LongTask
 
@@ -29,7 +29,7 @@ def view(directory: Path | str, animate: bool = False) -> list[Path]:
     only. Raises SceneError if the directory holds no finished run.
     """
     run = read_run(directory)
-    paths = [report(directory)]
+    paths = [draw_run(directory)]
     written = times(run.directory)
     if not written.size:
         return paths

@@ -13,7 +13,7 @@ from iceslide_fem.preprocess.footprint.macroscopic import Macroscopic
 from iceslide_fem.preprocess.footprint.option_values import SolidText
 from iceslide_fem.preprocess.footprint.ride import Ride
 from iceslide_fem.preprocess.footprint.source_options import SourceOptions
-from iceslide_fem.scene.command_options import Number, option_names
+from iceslide_fem.scene.command_options import Number, option, option_names
 from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.materials import ICE_EFFUSIVITY, WATER_CONDUCTIVITY, Solid
 from iceslide_fem.scene.units import Quantity
@@ -29,31 +29,49 @@ OF_THE_BALANCE = (
 class FootprintCase(SourceOptions, FilmOptions):
     """A footprint and how it slides; SI units. Its keys are the options of the command.
 
-    thesis_balance: whether the thesis's macroscopic model is computed beside the film law.
-    temperature_map (degC) and state_map (1 dry, 2 mixed, 3 wet) replace the results of modules 2
-    and 3; they have the pixels of the pressure. slip: of film and moving source, 1 for a locked
-    wheel. thesis_slip and thesis_time (s) are used in (3.2) and (3.3) only. air_temperature: of the
-    tread before contact, K, by default that of the ice. tread_material, water_conductivity,
-    ice_material: of the macroscopic model, by default of table 1. aggregate: of (1.2), g/m2.
+    Maps of temperature and state replace the results of modules 2 and 3 and have the pixels of the
+    pressure. thesis_slip and thesis_time are used in (3.2) and (3.3) only.
     """
 
     model_config = ConfigDict(alias_generator=_named)
 
-    temperature_map: InputFile | None = None
-    state_map: InputFile | None = None
-    speed: Annotated[float, Quantity("m/s", "0.001 m/s", "100 m/s"), Number] = 3.0
-    slip: Annotated[float, Quantity("", "1e-6", "1"), Number] = 1.0
-    static_friction: Annotated[float, Quantity("", "0.001", "2"), Number] = 0.1
-    depth: Annotated[float, Quantity("m", "1 um", "1 m"), Number] = 1e-4
-    thesis_slip: Annotated[float, Quantity("", "1e-9", "1"), Number] = 1e-5
-    thesis_time: Annotated[float, Quantity("s", "1 us", "1000 s"), Number] = 1.0
-    air_temperature: Annotated[float, Quantity("K", "-80 degC", "60 degC"), Number] | None = None
-    tread_material: SolidText | None = None
-    water_conductivity: Annotated[float, Quantity("W/m/K", "0.01 W/m/K", "10 W/m/K"), Number] = (
-        WATER_CONDUCTIVITY
+    speed: Annotated[float, Quantity("m/s", "0.001 m/s", "100 m/s"), Number] = option(
+        3.0, "Speed of the vehicle."
     )
-    thesis_balance: StrictBool = False
-    aggregate: Annotated[float, Quantity("g/m^2", "0 g/m^2", "1000 g/m^2"), Number] = 0.0
+    slip: Annotated[float, Quantity("", "1e-6", "1"), Number] = option(
+        1.0, "Slip ratio of film and moving source.", "S", "1, a locked wheel"
+    )
+    aggregate: Annotated[float, Quantity("g/m^2", "0 g/m^2", "1000 g/m^2"), Number] = option(
+        0.0, "Spread on the ice, in (1.2).", "G/M2", "0"
+    )
+    thesis_balance: StrictBool = option(
+        False, "The thesis's macroscopic model, too: (3.3), and its balance."
+    )
+    temperature_map: InputFile | None = option(
+        None, "Temperatures of the ice in degC, for module 3."
+    )
+    state_map: InputFile | None = option(None, "States for module 3: 1 dry, 2 mixed, 3 wet.")
+    static_friction: Annotated[float, Quantity("", "0.001", "2"), Number] = option(
+        0.1, "mu_st of (3.2).", "MU"
+    )
+    depth: Annotated[float, Quantity("m", "1 um", "1 m"), Number] = option(
+        1e-4, "Depth d of (3.5) to (3.7).", shown="0.1mm"
+    )
+    thesis_slip: Annotated[float, Quantity("", "1e-9", "1"), Number] = option(
+        1e-5, "Slip in (3.2) for (3.3) alone.", "S"
+    )
+    thesis_time: Annotated[float, Quantity("s", "1 us", "1000 s"), Number] = option(
+        1.0, "Time t in (3.3).", shown="1s"
+    )
+    air_temperature: Annotated[float, Quantity("K", "-80 degC", "60 degC"), Number] | None = option(
+        None, "Of air and tread before they touch, in (3.6).", "T", "that of the ice"
+    )
+    tread_material: SolidText | None = option(
+        None, "Of the macroscopic model, SI units.", "K,RHO,C", "0.19,940,1500"
+    )
+    water_conductivity: Annotated[float, Quantity("W/m/K", "0.01 W/m/K", "10 W/m/K"), Number] = (
+        option(WATER_CONDUCTIVITY, "In (3.7).")
+    )
 
     @model_validator(mode="after")
     def _of_the_balance(self) -> Self:

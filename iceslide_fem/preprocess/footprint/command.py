@@ -1,71 +1,95 @@
-"""Work of `iceslide footprint`: read, compute, write."""
+"""`iceslide footprint`: read, compute, write; and words about it."""
 
 from __future__ import annotations
 
-import json
-import time
 from collections.abc import Mapping
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from iceslide_fem.postprocess.results.run_directory import read_table
 from iceslide_fem.preprocess.footprint.case import FootprintCase
-from iceslide_fem.preprocess.footprint.figures import draw_comparison, draw_line, draw_maps
-from iceslide_fem.preprocess.footprint.map_file import write_maps
+from iceslide_fem.preprocess.footprint.charts import (
+    CONTACT,
+    MAPS,
+    OF_MODELS,
+    OUTSIDE,
+    PRESSURE,
+    SHEAR,
+    charts_of_area,
+    charts_of_line,
+)
+from iceslide_fem.preprocess.footprint.macroscopic import Edges
+from iceslide_fem.preprocess.footprint.map_file import read_maps, write_maps
 from iceslide_fem.preprocess.footprint.reading import read_footprint
-from iceslide_fem.preprocess.footprint.summary import summary
+from iceslide_fem.preprocess.footprint.summary import MODELS, summary
 from iceslide_fem.preprocess.footprint.survey import Survey, survey
+from iceslide_fem.preprocess.work import Charts, Preprocessor, Words, csv_text
 from iceslide_fem.runtime.arrays import Array
-from iceslide_fem.runtime.files import replace_file, writing
-from iceslide_fem.runtime.folders import claimed, clear_results, other_case
+from iceslide_fem.runtime.files import replace_file
 from iceslide_fem.runtime.progress import LongTask
 from iceslide_fem.runtime.units import ZERO_CELSIUS
-from iceslide_fem.scene.fingerprint import versions
+from iceslide_fem.scene.materials import BAR
 
+VTI, LINE, COMPARISON = "footprint.vti", "line.csv", "comparison.csv"
 # Maps of the macroscopic models by their names in the summary: rise, and mu.
-OF_MODELS = {
+MAPS_OF_MODELS = {
     "thesis": ("rise by (3.3) (K)", "mu by (4.7) to (4.9), (3.3)"),
     "moving_source": ("rise by the moving source (K)", "mu by (4.7) to (4.9), moving source"),
     "given": ("rise as given (K)", "mu by (4.7) to (4.9), as given"),
 }
+ABOUT_ERROR = "The film law was advanced with a relative error of {:g} of mu per pixel."
+ABOUT_MODELS = (
+    "The macroscopic model has no steps. Its d and t are tuned: docs/explanation/footprint.md says "
+    "how far to believe it. Nothing melts in it, and the heat is that of static friction."
+)
+LEFT_OUT = (
+    "The film law: the tread pattern stands still over the picture; heat does not spread sideways; "
+    "k, D and H_V follow the local pressure."
+)
 
 
-def run(values: Mapping[str, Any], out: Path, force: bool = False) -> tuple[Survey, dict[str, Any]]:
-    """Survey the footprint that `values` describe (see `FootprintCase`) and write it to `out`.
+def compute(case: FootprintCase) -> Survey:
+    """The survey of a case. Raises SceneError, SimulationStopped."""
+    read = read_footprint(case)
+    with LongTask(1.0) as shown:
+        return survey(
+            case, read, lambda part: shown.show(part, f"film below {part:.0%} of the pixels")
+        )
 
-    Writes summary.json, footprint.vti, pressure.png, temperature.png, wet_dry.png, mu.png,
-    comparison.png, and with the thesis's balance thesis.png, of a line summary.json, line.csv and
-    line.png; returns the survey and the content of summary.json. Earlier results of the same
-    footprint are replaced, with `force` any results. Raises SceneError, before anything is written,
-    if the input is invalid or `out` must not be used, and OutputError if a file cannot be written.
-    """
-    begun = time.perf_counter()
-    case = FootprintCase.of(values)
-    here = case.model_dump(mode="json")
-    with claimed(out, partial(other_case, "summary.json", here), force, case.files):
-        read = read_footprint(case)
-        with LongTask(1.0) as shown:
-            result = survey(
-                case, read, lambda part: shown.show(part, f"film below {part:.0%} of the pixels")
-            )
-        with writing(out):
-            clear_results(out)
-            if case.one_line:
-                draw_line(result, line_columns(result), out)
-            else:
-                pixel = read.pressure_map.dx, read.pressure_map.dy
-                write_maps(out / "footprint.vti", all_maps(result), pixel)
-                draw_maps(result, out)
-                draw_comparison(result, out)
-        if case.one_line:
-            replace_file(out / "line.csv", _csv(line_columns(result)))
-        figures = summary(result)
-        figures |= {"wall_s": time.perf_counter() - begun, "versions": versions()}
-        replace_file(out / "summary.json", json.dumps(figures, indent=2) + "\n")
-        return result, figures
+
+def figures_of(case: FootprintCase, found: Survey) -> dict[str, Any]:
+    """All figures of a survey."""
+    return summary(found)
+
+
+def write(case: FootprintCase, found: Survey, out: Path) -> None:
+    """Write footprint.vti and comparison.csv, of a line line.csv. Raises OSError, OutputError."""
+    if case.one_line:
+        replace_file(out / LINE, csv_text(line_columns(found)))
+        return
+    pixels = found.read.pressure_map
+    write_maps(out / VTI, all_maps(found), (pixels.dx, pixels.dy))
+    replace_file(out / COMPARISON, csv_text(comparison_columns(found)))
+
+
+def charts(case: FootprintCase, found: Survey) -> Charts:
+    """Charts by the names of pictures."""
+    if case.one_line:
+        return charts_of_line(line_columns(found))
+    pixels = found.read.pressure_map
+    return charts_of_area(all_maps(found), (pixels.dx, pixels.dy), comparison_columns(found))
+
+
+def charts_in(folder: Path, with_models: bool) -> Charts:
+    """The charts of the tables and maps in `folder`. Raises OSError, ValueError."""
+    if (folder / LINE).is_file():
+        return charts_of_line(read_table(folder / LINE))
+    names = [name for name, *_ in (*MAPS.values(), *(OF_MODELS if with_models else ()))]
+    maps, pixel = read_maps(folder / VTI, {*names, CONTACT, PRESSURE, SHEAR, OUTSIDE})
+    return charts_of_area(maps, pixel, read_table(folder / COMPARISON))
 
 
 def all_maps(result: Survey) -> dict[str, NDArray[Any]]:
@@ -86,7 +110,7 @@ def all_maps(result: Survey) -> dict[str, NDArray[Any]]:
         "outside the table": result.outside.astype(np.uint8),
     }
     for name, model in result.models.items():
-        rise, mu = OF_MODELS[name]
+        rise, mu = MAPS_OF_MODELS[name]
         maps |= {rise: model.rise, mu: model.mu}
     if result.borne is not None:
         maps["pressure of the water (Pa)"] = result.borne
@@ -118,7 +142,78 @@ def line_columns(result: Survey) -> dict[str, Array]:
     }
 
 
-def _csv(columns: Mapping[str, Array]) -> str:
-    rows = zip(*columns.values(), strict=True)
-    texts = (",".join(f"{value:.9g}" for value in row) for row in rows)
-    return "\n".join([",".join(columns), *texts]) + "\n"
+def comparison_columns(result: Survey) -> dict[str, Array]:
+    """Columns of comparison.csv, names with units -> (temperatures,)."""
+    celsius, *mu = result.curves
+    names = (f"mu_{name}" for name in result.curves._fields[1:])
+    return {"temperature_C": celsius - ZERO_CELSIUS, **dict(zip(names, mu, strict=True))}
+
+
+def words(figures: Mapping[str, Any]) -> Words:
+    """What terminal and page say of a footprint."""
+    case, line = figures["case"], "line along a " * ("line" in figures)
+    error = ABOUT_ERROR.format(case["tolerance"])
+    return Words(
+        title=f"{Path(figures['source']).stem}: {line}footprint",
+        summary=f"A tyre at {case['speed']:g} m/s with slip {case['slip']:g} on ice at "
+        f"{case['temperature'] - ZERO_CELSIUS:.4g} °C. Mean friction by the film law: "
+        f"{figures['film']['mu_mean']:.4f}. Ice comes in at the right, where the tyre moves "
+        "to, and leaves at the left.",
+        lines=_lines(figures),
+        left_out=LEFT_OUT,
+        remarks=[error, ABOUT_MODELS] if case["thesis_balance"] else [error],
+    )
+
+
+def _lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """The main figures of a summary as names and readable values."""
+    footprint, film, colours = figures["footprint"], figures["film"], figures.get("colours", {})
+    pixel = " x ".join(f"{1e3 * size:.3g}" for size in footprint["pixel_size_m"])
+    rows = [
+        ("contact length", f"{1e3 * footprint['contact_length_m']:.4g} mm"),
+        ("pixels", " x ".join(str(count) for count in footprint["pixels"])),
+        ("pixel size", f"{pixel} mm"),
+        ("contact area", f"{1e4 * footprint['contact_area_m2']:.4g} cm2"),
+        ("net / gross", f"{footprint['net_to_gross']:.3f}"),
+        ("mean pressure", f"{footprint['mean_pressure_Pa'] / BAR:.4g} bar"),
+        ("largest pressure", f"{footprint['max_pressure_Pa'] / BAR:.4g} bar"),
+        ("load", f"{footprint['load_N']:.5g} N (pressures times {footprint['load_factor']:.4g})"),
+    ]
+    if "high_where" in colours:
+        rows.append(("high pressure is read where", f"it is {colours['high_where']}"))
+    if colours:
+        rows.append(("distance to the colour bar", f"median {colours['median_distance']:.3f}"))
+    outside = (
+        f"{film['outside_table_share']:.1%} of the contact area, "
+        f"{film['outside_table_friction_share']:.1%} of the friction"
+    )
+    rows += [
+        ("mean mu, film law", f"{film['mu_mean']:.4f}"),
+        ("leading, trailing edge, film law", _both_edges(film)),
+        ("melting, saturated", f"{film['melting_share']:.1%}, {film['saturated_share']:.1%}"),
+        ("outside the table of k, D, H_V", outside),
+    ]
+    if "water_borne_share" in film:
+        rows += [
+            ("water in the voids, mean", f"{1e6 * film['mean_water_height_m']:.4g} um"),
+            ("load borne by water", f"{film['water_borne_share']:.1%}"),
+            ("lug that water flows out of", f"{1e3 * film['lug_m']:.4g} mm"),
+        ]
+    for key, name in MODELS.items():
+        if model := figures.get(key):
+            mu = f"{model['mu_map_mean']:.4g}, balance {model['mu_balance']:.4g}"
+            rows += [
+                (f"peak rise, {name}", f"{model['peak_rise_K']:.4g} K"),
+                (f"leading, trailing edge, {name}", _both_edges(model)),
+                (f"mu, {name}", mu),
+            ]
+    return [*rows, ("seconds", f"{figures['wall_s']:.1f}")]
+
+
+def _both_edges(figures: Mapping[str, Any]) -> str:
+    """Temperatures of the ice at the leading and trailing edge, 3.2.2."""
+    leading, trailing = (figures[f"{edge}_edge_temperature_C"] for edge in Edges._fields)
+    return f"{leading:.2f}, {trailing:.2f} degC"
+
+
+FOOTPRINT = Preprocessor("footprint", FootprintCase, compute, figures_of, write, charts, words)

@@ -21,7 +21,7 @@ from iceslide_fem.preprocess.footprint.ride import FIRST_HEIGHT, Ride
 from iceslide_fem.preprocess.footprint.wet_ice import WetIce
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import Scene, load_scene
-from iceslide_fem.scene.command_options import CommandOptions, Number, option_name
+from iceslide_fem.scene.command_options import CommandOptions, Number, option, option_name
 from iceslide_fem.scene.contact_file import read_contact_table
 from iceslide_fem.scene.contact_table import ContactTable
 from iceslide_fem.scene.dry_shear import DRY_STRESS, RESIDUAL, SOFTENING, USUAL_RESIDUAL, DryShear
@@ -32,39 +32,55 @@ from iceslide_fem.scene.units import Quantity
 
 
 class FilmOptions(CommandOptions):
-    """Options of the film and the ice below it; SI units.
+    """Options of the film and the ice below it; SI units."""
 
-    temperature (K), ice_material (conductivity, density, heat capacity), melting_temperature (K)
-    and latent_heat (J/kg): of the ice; water_speed: speed of squeezed-out water relative to the
-    rubber, over the sliding speed; tolerance: relative error of the film's mu. viscosity (Pa s, or
-    a CSV file of it over temperature); initial_height (m), 0 with dry shear alone; dry_stress (Pa,
-    or a CSV file of it over temperature), dry_softening (K), dry_residual (K): dry rubber on ice,
-    as in a scene's film. contact: a file with k, D, H_V over pressure instead of the compound's
-    table; contact_age: a scene with contact age, which also gives the table. water: height on the
-    ice below load-bearing voids, m; lug: length of the lug that it flows out of, m.
-    """
+    group = "The film and the ice below it"
 
-    compound: str = "B"
-    contact: InputFile | None = None
-    contact_age: InputFile | None = None
-
-    temperature: IceTemperature = 269.15
-    ice_material: SolidText | None = None
-    melting_temperature: Annotated[float, Quantity("K", "-60 degC", "0.01 degC"), Number] = (
-        ICE.melting_temperature
+    temperature: IceTemperature = option(269.15, "Temperature of the ice.")
+    compound: str = option("B", "Rubber compound.", "NAME")
+    contact: InputFile | None = option(
+        None, "Table of k, D, H_V over pressure instead of the compound's.", "CSV"
     )
-    latent_heat: Annotated[float, Quantity("J/kg", "1 kJ/kg", "10000 kJ/kg"), Number] = (
-        ICE.latent_heat
+    contact_age: InputFile | None = option(
+        None, "Whose contact ages: its k, D and H_V, instead of the compound's.", "SCENE"
     )
-    water_speed: Annotated[float, Quantity("", "0", "1"), Number] = 1.0
-    viscosity: ViscosityText = WATER_VISCOSITY
-    initial_height: Annotated[float, Quantity("m", "0 nm", "10 um"), Number] = FIRST_HEIGHT
-    dry_stress: DryStressText | None = None
-    dry_softening: Annotated[float, SOFTENING, Number] | None = None
-    dry_residual: Annotated[float, RESIDUAL, Number] = USUAL_RESIDUAL
-    water: Annotated[float, Quantity("m", "0 um", "5 mm"), Number] | None = None
-    lug: Length | None = None
-    tolerance: Annotated[float, Quantity("", "1e-6", "0.1"), Number] = 1e-2
+    ice_material: SolidText | None = option(
+        None, "Of the ice, SI units.", "K,RHO,C", "2.22,917.8,2020; below the film 2.25,916,2220"
+    )
+    melting_temperature: Annotated[float, Quantity("K", "-60 degC", "0.01 degC"), Number] = option(
+        ICE.melting_temperature, "Of the ice, as of salt.", "T"
+    )
+    latent_heat: Annotated[float, Quantity("J/kg", "1 kJ/kg", "10000 kJ/kg"), Number] = option(
+        ICE.latent_heat, "Of melting.", shown="330kJ/kg"
+    )
+    water_speed: Annotated[float, Quantity("", "0", "1"), Number] = option(
+        1.0, "Of squeezed-out water on the rubber, over that of the ice."
+    )
+    viscosity: ViscosityText = option(
+        WATER_VISCOSITY, "Of the film's water; or a CSV file of it over temperature.",
+        "PA*S", "1.8mPa*s",
+    )  # fmt: skip
+    initial_height: Annotated[float, Quantity("m", "0 nm", "10 um"), Number] = option(
+        FIRST_HEIGHT, "Of the film at first."
+    )
+    dry_stress: DryStressText | None = option(
+        None, "Of dry rubber on ice, the film's limit; or a CSV file over temperature.", "PA"
+    )
+    dry_softening: Annotated[float, SOFTENING, Number] | None = option(
+        None, "Over which a number of it falls."
+    )
+    dry_residual: Annotated[float, RESIDUAL, Number] = option(
+        USUAL_RESIDUAL, "Above melting where it is 0."
+    )
+    water: Annotated[float, Quantity("m", "0 um", "5 mm"), Number] | None = option(
+        None, "That the ice brings: 20um; then full voids carry. 0um: they carry without."
+    )
+    lug: Length | None = option(
+        None, "That it flows out of, along the wheel.", shown="a block's, or the footprint's"
+    )
+    tolerance: Annotated[float, Quantity("", "1e-6", "0.1"), Number] = option(
+        1e-2, "Relative error of the film's mu."
+    )
 
     @model_validator(mode="after")
     def _is_frozen(self) -> Self:

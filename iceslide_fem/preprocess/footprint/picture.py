@@ -45,6 +45,10 @@ class Box(NamedTuple):
     right: int
     bottom: int
 
+    def __str__(self) -> str:
+        """As options take it."""
+        return ",".join(map(str, self))
+
 
 def read_picture(path: Path | str, behind: tuple[int, int, int] = (255, 255, 255)) -> Picture:
     """The picture as red, green and blue from 0 to 255; 16-bit grey is scaled.

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
@@ -15,7 +15,7 @@ from iceslide_fem.preprocess.footprint.option_values import (
     Pressure,
     PressureUnit,
 )
-from iceslide_fem.scene.command_options import CommandOptions, Number, option_names
+from iceslide_fem.scene.command_options import CommandOptions, Number, option, option_names
 from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.materials import BAR
 from iceslide_fem.scene.messages import missing
@@ -37,47 +37,60 @@ SOURCES: dict[str, tuple[Sequence[str], Sequence[str]]] = {
 }
 
 
-def results_folder(values: Mapping[str, Any], ending: str = "") -> Path:
-    """Default output folder, by the file of pressures in `values`."""
-    named = (values.get(name) for name in ("image", "pressure_map", "line"))
-    source = next(filter(None, named), "gaussian" if values.get("gaussian") else "footprint")
-    return Path("results") / f"{Path(source).stem}{ending}"
-
-
 class SourceOptions(CommandOptions):
     """A footprint; SI units. Its keys are the options of the command.
 
-    The source is one of: image; pressure_map, a table of pressures (in Pa unless the file or
-    pressure_unit gives another unit) or frames of a sensor (`frame`, by default the one with the
-    largest force); line, a profile; gaussian, the profile of fig. 6 (length in m, peak in Pa,
-    standard deviation in m). `row` selects one line of pixels of image or map, from the top.
-    length, width: of the picture after rotation and cropping, along and across the direction of
-    travel, m; dark_is: whether dark means high or low pressure in a grey picture; min_pressure,
-    max_pressure: ends of the colour scale, Pa; rotation: degrees counter-clockwise, which turns the
-    direction of travel to the right; load: to which all pressures are scaled, N.
+    gaussian: the profile of fig. 6, length (m), peak (Pa), standard deviation (m).
     """
 
     model_config = ConfigDict(alias_generator=_named)
+    group = "Where the pressures come from"
 
-    image: Path | None = None
-    pressure_map: InputFile | None = None
-    line: InputFile | None = None
-    gaussian: GaussianText | None = None
-    row: Annotated[int, Field(ge=0, le=100_000)] | None = None
-    length: Length | None = None
-    width: Length | None = None
-    max_pressure: Pressure | None = None
-    min_pressure: Pressure = 0.0
-    threshold: Pressure | None = None
-    colormap: str | None = None
-    legend: PixelBox | None = None
-    background: str = "white"
-    rotation: Annotated[float, Quantity("", "-360", "360"), Number] = 0.0
-    crop: PixelBox | None = None
-    dark_is: Literal["high", "low"] | None = None
-    pressure_unit: PressureUnit | None = None
-    frame: Annotated[int, Field(ge=0, le=10_000_000)] | None = None
-    load: Annotated[float, Quantity("N", "1 N", "1e6 N"), Number] | None = None
+    image: Path | None = option(None, "PNG, JPEG or TIFF.", "IMAGE")
+    pressure_map: InputFile | None = option(
+        None, "Pressures, .npy, text, points x, y or a sensor's frames, instead of a picture."
+    )
+    pressure_unit: PressureUnit | None = option(
+        None, "Of pressures whose file does not say: kPa, bar, psi.", "UNIT", "Pa"
+    )
+    frame: Annotated[int, Field(ge=0, le=10_000_000)] | None = option(
+        None, "Of a sensor's file.", "N", "that of the largest force"
+    )
+    line: InputFile | None = option(
+        None,
+        "One line: points x_m, or cells cell_m, and pressure_Pa, perhaps temperature_C, state.",
+        "CSV",
+    )
+    gaussian: GaussianText | None = option(
+        None, "One line: a Gaussian, say 180mm,4bar,30mm.", "L,PEAK,SIGMA"
+    )
+    row: Annotated[int, Field(ge=0, le=100_000)] | None = option(
+        None, "One line: row N of the pixels, from the top.", "N"
+    )
+    length: Length | None = option(None, "Size along the direction of travel: 180mm.")
+    width: Length | None = option(None, "Size across it; both of the cropped picture.")
+    max_pressure: Pressure | None = option(None, "High end of the scale: 5bar.")
+    min_pressure: Pressure = option(0.0, "Low end of the scale.", shown="0bar")
+    threshold: Pressure | None = option(
+        None, "No contact up to here.", shown="5 % of the scale above its low end; of numbers 1 Pa"
+    )
+    dark_is: Literal["high", "low"] | None = option(
+        None, "Pressure where a grey picture is dark: high (an ink print) or low."
+    )
+    colormap: str | None = option(None, "A colour map of matplotlib; else grey.", "NAME")
+    legend: PixelBox | None = option(
+        None, "Box of the colour bar in the picture, in pixels.", "L,T,R,B"
+    )
+    background: str = option("white", "Colour of no contact beside the bar, or none.", "COLOUR")
+    rotation: Annotated[float, Quantity("", "-360", "360"), Number] = option(
+        0.0, "Counter-clockwise, to turn the direction of travel to the right.", "DEG", "0"
+    )
+    crop: PixelBox | None = option(
+        None, "Box of the footprint after rotation, in pixels.", "L,T,R,B"
+    )
+    load: Annotated[float, Quantity("N", "1 N", "1e6 N"), Number] | None = option(
+        None, "Wheel load to scale the pressures to: 3kN."
+    )
 
     @model_validator(mode="after")
     def _one_source(self) -> Self:

@@ -1,8 +1,7 @@
-"""The figures of a footprint, for summary.json and for the screen."""
+"""The figures of a footprint, for summary.json."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -22,7 +21,6 @@ from iceslide_fem.preprocess.footprint.reading import ReadFootprint
 from iceslide_fem.preprocess.footprint.survey import Survey
 from iceslide_fem.runtime.arrays import Mask
 from iceslide_fem.runtime.units import ZERO_CELSIUS
-from iceslide_fem.scene.materials import BAR
 
 MUCH = 0.1  # fraction of the friction under pressures outside the table
 MODELS = {
@@ -74,7 +72,6 @@ def summary(result: Survey) -> dict[str, Any]:
         **({"line": {"pixels": int(contact.size), "row": case.row}} if case.one_line else {}),
         "source": str(case.source),
         "warnings": warnings,
-        "case": case.model_dump(mode="json"),
     }
 
 
@@ -143,54 +140,3 @@ def _fractions(state: States) -> dict[str, float]:
     contact = np.count_nonzero(state)
     counts = {each: np.count_nonzero(state == each) for each in STATES}
     return {f"{each.name.lower()}_share": count / contact for each, count in counts.items()}
-
-
-def lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """The main figures of a summary as names and readable values."""
-    footprint, film, colours = figures["footprint"], figures["film"], figures.get("colours", {})
-    pixel = " x ".join(f"{1e3 * size:.3g}" for size in footprint["pixel_size_m"])
-    rows = [
-        ("contact length", f"{1e3 * footprint['contact_length_m']:.4g} mm"),
-        ("pixels", " x ".join(str(count) for count in footprint["pixels"])),
-        ("pixel size", f"{pixel} mm"),
-        ("contact area", f"{1e4 * footprint['contact_area_m2']:.4g} cm2"),
-        ("net / gross", f"{footprint['net_to_gross']:.3f}"),
-        ("mean pressure", f"{footprint['mean_pressure_Pa'] / BAR:.4g} bar"),
-        ("largest pressure", f"{footprint['max_pressure_Pa'] / BAR:.4g} bar"),
-        ("load", f"{footprint['load_N']:.5g} N (pressures times {footprint['load_factor']:.4g})"),
-    ]
-    if "high_where" in colours:
-        rows.append(("high pressure is read where", f"it is {colours['high_where']}"))
-    if colours:
-        rows.append(("distance to the colour bar", f"median {colours['median_distance']:.3f}"))
-    outside = (
-        f"{film['outside_table_share']:.1%} of the contact area, "
-        f"{film['outside_table_friction_share']:.1%} of the friction"
-    )
-    rows += [
-        ("mean mu, film law", f"{film['mu_mean']:.4f}"),
-        ("leading, trailing edge, film law", _both_edges(film)),
-        ("melting, saturated", f"{film['melting_share']:.1%}, {film['saturated_share']:.1%}"),
-        ("outside the table of k, D, H_V", outside),
-    ]
-    if "water_borne_share" in film:
-        rows += [
-            ("water in the voids, mean", f"{1e6 * film['mean_water_height_m']:.4g} um"),
-            ("load borne by water", f"{film['water_borne_share']:.1%}"),
-            ("lug that water flows out of", f"{1e3 * film['lug_m']:.4g} mm"),
-        ]
-    for key, name in MODELS.items():
-        if model := figures.get(key):
-            mu = f"{model['mu_map_mean']:.4g}, balance {model['mu_balance']:.4g}"
-            rows += [
-                (f"peak rise, {name}", f"{model['peak_rise_K']:.4g} K"),
-                (f"leading, trailing edge, {name}", _both_edges(model)),
-                (f"mu, {name}", mu),
-            ]
-    return [*rows, ("seconds", f"{figures['wall_s']:.1f}")]
-
-
-def _both_edges(figures: Mapping[str, Any]) -> str:
-    """Temperatures of the ice at the leading and trailing edge, 3.2.2."""
-    leading, trailing = (figures[f"{edge}_edge_temperature_C"] for edge in Edges._fields)
-    return f"{leading:.2f}, {trailing:.2f} degC"

@@ -20,6 +20,7 @@ from iceslide_fem.scene.command_options import (
     CommandOptions,
     Number,
     as_number,
+    option,
     option_name,
     option_names,
 )
@@ -36,7 +37,8 @@ PIXELS_PER_WAVE = 4.0
 def _unit(value: Any) -> Any:
     """Metres in one "um"."""
     try:
-        return to_si(f"1 {value}", "m") if isinstance(value, str) else value
+        number = as_number(value)
+        return to_si(f"1 {value}", "m") if isinstance(number, str) else number
     except ValueError:
         raise ValueError(
             f'--height-unit "{value}" is not a unit of length; allowed: m, mm, um, nm'
@@ -44,18 +46,23 @@ def _unit(value: Any) -> Any:
 
 
 def _pressures(value: Any) -> Any:
-    """Pressures (Pa) in equal ratios, from "first:last:count"."""
+    """Pressures (Pa) in equal ratios, from "first:last:count", or those of a list with commas."""
     if not isinstance(value, str):
         return value
     said = f'--pressures "{value}"'
     allowed = Quantity("Pa", "0.001 bar", "100 bar")
     try:
-        *ends, count = read_range(value)
-        first, last = (allowed.in_range(as_number(end)) for end in ends)
+        parts, count = value.split(","), 0
+        if len(parts) == 1:
+            *parts, count = read_range(value)
+        given = [allowed.in_range(as_number(part.strip())) for part in parts]
     except ValueError as error:
         raise ValueError(f"{said} {error}; allowed: as in 0.2bar:20bar:12") from None
-    if not (first < last and 2 <= count <= 200):
+    if not (given == sorted(set(given)) and 2 <= (count or len(given)) <= 200):
         raise ValueError(f"{said} is not rising, with 2 to 200 pressures, as in 0.2bar:20bar:12")
+    if not count:
+        return tuple(given)
+    first, last = given
     return tuple(float(f"{p:.6g}") for p in np.geomspace(first, last, count))
 
 
@@ -64,36 +71,49 @@ Length = Annotated[float, Quantity("m", "1 nm", "10 mm"), Number]
 
 
 class RoughnessCase(CommandOptions):
-    """A surface, the rubber under it, and how it is pressed; SI units.
-
-    surface: a height map, or a `surface.toml` that generates `realisations` of a surface. pixel,
-    height_unit: of a map without them, m. compound, modulus (Young's, Pa, incompressible) or scene:
-    the rubber. shortest_wave: shorter waves of the surface are removed, m. ages: times after
-    loading, s, ascending; prony: arms or their file; modulus_is: kind of the modulus; wlf: C1, C2
-    and reference of the arms' times; temperature: K.
-    """
+    """A surface, the rubber under it, and how it is pressed; SI units."""
 
     model_config = ConfigDict(alias_generator=option_names("surface"))
 
-    surface: Path
-    pixel: Length | None = None
-    height_unit: Annotated[float, BeforeValidator(_unit)] | None = None
-    compound: str | None = None
-    modulus: Annotated[float, Quantity("Pa", "1 kPa", "100 GPa"), Number] | None = None
-    scene: InputFile | None = None
-    pressures: Annotated[tuple[float, ...], BeforeValidator(_pressures)] = _pressures(
-        "0.2bar:20bar:12"
+    surface: Path = option(
+        ...,
+        "Height map of the rubber (.npy, text, .x3p, instruments' formats), or a surface.toml that "
+        "generates one.",
+        "SURFACE",
     )
-    realisations: Annotated[int, Field(ge=1, le=1000)] = 8
-    definition: Definition = "hydrodynamic"
-    ages: Annotated[tuple[float, ...], _ages, Field(alias="--age")] = ()
+    compound: str | None = option(None, "Rubber: A, B or C.", "NAME", "B")
+    modulus: Annotated[float, Quantity("Pa", "1 kPa", "100 GPa"), Number] | None = option(
+        None, "Rubber: Young's modulus, 1.6MPa; incompressible."
+    )
+    scene: InputFile | None = option(None, "Rubber: that of a scene.", "TOML")
+    pressures: Annotated[tuple[float, ...], BeforeValidator(_pressures)] = option(
+        _pressures("0.2bar:20bar:12"), "First, last, count, in equal ratios; or P,P,...",
+        "P:P:N", "0.2bar:20bar:12",
+    )  # fmt: skip
+    realisations: Annotated[int, Field(ge=1, le=1000)] = option(8, "Of a generated surface.")
+    definition: Definition = option("hydrodynamic", "Of k and D.")
+    shortest_wave: Length | None = option(
+        None, "Remove shorter waves.", shown="35um for a map, with hydrodynamic"
+    )
+    ages: Annotated[tuple[float, ...], _ages] = option(
+        (), "After loading, of rubber that relaxes: 1ms,5ms; a table each.", "S,...", alias="--age"
+    )
     prony: Annotated[Path | tuple[tuple[float, float], ...] | None, BeforeValidator(read_prony)] = (
-        None
+        option(None, "Arms, 0.3:5ms,0.2:1ms, or a rubber.toml or scene with them.", "G:TAU,...")
     )
-    modulus_is: Literal["instantaneous", "long-term"] | None = None
-    wlf: Annotated[tuple[float, float, float] | None, BeforeValidator(read_wlf)] = None
-    temperature: Annotated[float, TEMPERATURE, Number] | None = None
-    shortest_wave: Length | None = None
+    modulus_is: Literal["instantaneous", "long-term"] | None = option(
+        None, "The rubber's, with --prony."
+    )
+    wlf: Annotated[tuple[float, float, float] | None, BeforeValidator(read_wlf)] = option(
+        None, "Shift of the arms' times: 7.4,121.6,20degC.", "C1,C2,T"
+    )
+    temperature: Annotated[float, TEMPERATURE, Number] | None = option(
+        None, "Of the rubber, for that shift: -4degC."
+    )
+    pixel: Length | None = option(None, "Pixel of a map that does not say: 17.5um.")
+    height_unit: Annotated[float, BeforeValidator(_unit)] | None = option(
+        None, "Of lengths that do not say: um.", "UNIT", "m"
+    )
 
     @model_validator(mode="after")
     def _one_rubber(self) -> Self:

@@ -1,47 +1,40 @@
-"""Work of `iceslide roughness`: read or generate, press, write; and printed figures."""
+"""`iceslide roughness`: read or generate, press, write; and words about it."""
 
 from __future__ import annotations
 
-import json
-import time
 from collections.abc import Mapping, Sequence
-from functools import partial
 from pathlib import Path
 from typing import Any
 
+from iceslide_fem.postprocess.report.page import Cell, Table
 from iceslide_fem.preprocess.roughness.case import RoughnessCase
-from iceslide_fem.preprocess.roughness.figures import draw
+from iceslide_fem.preprocess.roughness.charts import charts
 from iceslide_fem.preprocess.roughness.survey import Survey, summary, surveys, table
-from iceslide_fem.runtime.files import replace_file, writing
-from iceslide_fem.runtime.folders import claimed, clear_results, other_case
+from iceslide_fem.preprocess.work import Preprocessor, Words
+from iceslide_fem.runtime.files import replace_file
 from iceslide_fem.scene.materials import BAR
 
+HEAD = ("p (bar)", "k", "D (um)", "H_V (um)", "k/D (1/mm)")
+ABOUT_WAVES = (
+    "k and D hold for the shortest wave that is kept; with shorter ones both are smaller, and mean "
+    "friction changes much less (docs/explanation/roughness.md)."
+)
+LEFT_OUT = (
+    "The ice is smooth and rigid, and rubber and ice do not adhere. The rubber is a half-space of "
+    "linear elasticity, or linear viscoelasticity with --age."
+)
 
-def run(
-    values: Mapping[str, Any], out: Path, force: bool = False
-) -> tuple[list[Survey], dict[str, Any]]:
-    """Press the surface that `values` describe (see `RoughnessCase`) and write to `out`.
 
-    Writes contact.csv (of several ages contact_5ms.csv and so on), surface.json, map.png,
-    contact.png, parameters.png and spectrum.png; returns the surveys, one for each age, and the
-    content of surface.json. Earlier results of the same surface are replaced, with `force` any
-    results. Raises SceneError, before anything is written, if the input is invalid or `out` must
-    not be used, and OutputError if a file cannot be written.
-    """
-    begun = time.perf_counter()
-    case = RoughnessCase.of(values)
-    here = case.model_dump(mode="json")
-    with claimed(out, partial(other_case, "surface.json", here), force, case.files):
-        results = surveys(case)
-        figures = summary(results[-1])
-        with writing(out):
-            clear_results(out)
-            draw(results, out)
-        for result in results:
-            replace_file(out / table_name(result, results), table(result))
-        figures["wall_s"] = time.perf_counter() - begun
-        replace_file(out / "surface.json", json.dumps(figures, indent=2) + "\n")
-        return results, figures
+def write(case: RoughnessCase, results: Sequence[Survey], out: Path) -> None:
+    """Write contact.csv, or of several ages contact_5ms.csv and so on."""
+    for result in results:
+        replace_file(out / table_name(result, results), table(result))
+
+
+def figures_of(case: RoughnessCase, results: Sequence[Survey]) -> dict[str, Any]:
+    """All data of the surface, and the rows that terminal and page show."""
+    shown = {_title(result): _rows(result) for result in results}
+    return summary(results[-1]) | {"shown": shown}
 
 
 def table_name(result: Survey, results: Sequence[Survey]) -> str:
@@ -51,7 +44,30 @@ def table_name(result: Survey, results: Sequence[Survey]) -> str:
     return f"contact_{1e3 * result.age:g}ms.csv"
 
 
-def lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
+def words(figures: Mapping[str, Any]) -> Words:
+    """What terminal and page say of a surface."""
+    tables = [
+        Table(title, HEAD, [[Cell(text) for text in row] for row in rows])
+        for title, rows in figures["shown"].items()
+    ]
+    return Words(
+        title=f"{Path(figures['case']['surface']).stem}: contact of a rough surface",
+        summary=f"k, D and H_V of rubber with E* = {figures['modulus_Pa'] / 1e6:.4g} MPa on smooth "
+        f"ice, by {figures['realisations']} pressed surfaces.",
+        lines=_lines(figures),
+        left_out=LEFT_OUT,
+        tables=tables,
+        remarks=[ABOUT_WAVES],
+    )
+
+
+def _title(result: Survey) -> str:
+    if result.age is None:
+        return "Contact over pressure"
+    return f"{1e3 * result.age:g} ms after loading"
+
+
+def _lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
     """The main figures of the surface as names and readable values."""
     cut, fit, measured = figures["cut_offs"], figures["spectrum_fit"], figures["measured"]
     wave = cut["shortest_wave_m"]
@@ -91,7 +107,7 @@ def lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
     ]
 
 
-def rows(result: Survey) -> list[tuple[str, ...]]:
+def _rows(result: Survey) -> list[tuple[str, ...]]:
     """Pressure (bar), k, D (um), H_V (um) with deviations, and k/D (1/mm), as text."""
     mean, deviation = result.mean, result.deviation
     several = len(result.found) > 1
@@ -109,3 +125,8 @@ def rows(result: Survey) -> list[tuple[str, ...]]:
         )
         for i, p in enumerate(result.case.pressures)
     ]
+
+
+ROUGHNESS = Preprocessor(
+    "roughness", RoughnessCase, surveys, figures_of, write, charts, words, summary="surface.json"
+)

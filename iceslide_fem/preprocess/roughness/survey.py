@@ -206,7 +206,6 @@ def summary(result: Survey) -> dict[str, Any]:
         "definition": case.definition,
         "realisations": len(result.statistics),
         "warnings": warnings(result, fit),
-        "case": case.model_dump(mode="json"),
     }
 
 

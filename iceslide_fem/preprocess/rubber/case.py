@@ -10,10 +10,11 @@ from pydantic import BeforeValidator, ConfigDict, Field, model_validator
 from iceslide_fem.preprocess.relaxation_options import STRAIN, TEMPERATURE, read_wlf, several
 from iceslide_fem.relaxation.dma_fit import Law
 from iceslide_fem.relaxation.shift import Shift
-from iceslide_fem.scene.command_options import CommandOptions, Number, option_names
+from iceslide_fem.scene.command_options import CommandOptions, Number, option, option_names
 from iceslide_fem.scene.relaxation import MOST_ARMS
 from iceslide_fem.scene.units import Quantity
 
+Temperature = Annotated[float, TEMPERATURE, Number]
 RATE = Quantity("1/s", "1e-9 1/s", "1e9 1/s")
 OF_A_TABLE = (
     "kind", "strain", "temperature", "reference", "shift", "wlf", "arrhenius_below", "arms",
@@ -22,38 +23,52 @@ OF_A_TABLE = (
 
 
 class RubberCase(CommandOptions):
-    """A DMA table, or a scene (.toml), with options; SI units.
-
-    kind: Young's (E) or shear modulus (G) in the table; strain: amplitude of its rows that are
-    taken; temperature: of a table without temperatures, K; reference: temperature of the master
-    curve, K; shift: law that is fitted; wlf: C1, C2 and its reference; arrhenius_below: K; arms:
-    most of them; modulus_is: kind of modulus of the written C10; rates (1/s), temperatures (K): of
-    stress-strain curves.
-    """
+    """A DMA table, or a scene (.toml), with options; SI units."""
 
     model_config = ConfigDict(alias_generator=option_names("source"))
 
-    source: Path
-    kind: Literal["E", "G"] | None = Field(None, alias="--of")
-    strain: Annotated[float, STRAIN, Number] | None = None
-    temperature: Annotated[float, TEMPERATURE, Number] | None = None
-    reference: Annotated[float, TEMPERATURE, Number] | None = None
-    shift: Law | None = None
-    wlf: Annotated[tuple[float, float, float] | None, BeforeValidator(read_wlf)] = None
-    arrhenius_below: Annotated[float, TEMPERATURE, Number] | None = None
-    arms: Annotated[int, Field(ge=1, le=MOST_ARMS), Number] | None = None
-    modulus_is: Literal["instantaneous", "long-term"] | None = None
-    rates: Annotated[tuple[float, ...], several("--rates", RATE, "0.01,1,100")] = (0.01, 1.0, 100.0)
+    source: Path = option(
+        ...,
+        "Table of frequency, temperature, storage modulus, and loss modulus or tan delta; or of "
+        "time, temperature, relaxation modulus; or a scene, whose rubber is shown.",
+        "DMA.csv|SCENE.toml",
+    )
+    kind: Literal["E", "G"] | None = option(
+        None, "What the moduli are of.", shown="as headings say, else E", alias="--of"
+    )
+    strain: Annotated[float, STRAIN, Number] | None = option(
+        None, "Amplitude of the rows taken: 0.1%.", "STRAIN", "all"
+    )
+    temperature: Temperature | None = option(None, "Of a table without temperatures: 20degC.")
+    reference: Temperature | None = option(
+        None, "Of the master curve: 20degC.", shown="the isotherm nearest to 20degC"
+    )
+    shift: Law | None = option(
+        None, "The law; a table has each isotherm's own factor.", shown="wlf"
+    )
+    wlf: Annotated[tuple[float, float, float] | None, BeforeValidator(read_wlf)] = option(
+        None, "Given instead of fitted: 7.4,121.6,20degC (log10, K).", "C1,C2,T"
+    )
+    arrhenius_below: Temperature | None = option(None, "Colder isotherms: an activation energy.")
+    arms: Annotated[int, Field(ge=1, le=MOST_ARMS), Number] | None = option(
+        None, "Most arms of the series, up to 60.", "N", "20"
+    )
+    modulus_is: Literal["instantaneous", "long-term"] | None = option(
+        None, "C10 written.", shown="long-term"
+    )
+    rates: Annotated[tuple[float, ...], several("--rates", RATE, "0.01,1,100")] = option(
+        (0.01, 1.0, 100.0), "Of strain, drawn; 1/s.", "R,...", "0.01,1,100"
+    )
     temperatures: Annotated[
         tuple[float, ...] | None, several("--temperatures", TEMPERATURE, "-20degC,20degC")
-    ] = None
+    ] = option(None, "That are drawn.", "T,...", "-20degC,0degC,20degC")
 
     @model_validator(mode="after")
     def _fits_its_source(self) -> Self:
         given = [name for name in OF_A_TABLE if getattr(self, name) is not None]
         if self.is_scene and given:
-            option = type(self).model_fields[given[0]].alias
-            raise ValueError(f"{option} has no meaning for a scene: its rubber is shown as it is")
+            name = type(self).model_fields[given[0]].alias
+            raise ValueError(f"{name} has no meaning for a scene: its rubber is shown as it is")
         if self.wlf is not None and self.arrhenius_below is not None:
             raise ValueError(
                 "--wlf and --arrhenius-below contradict each other: the activation energy is "

@@ -1,72 +1,61 @@
-"""Work of `iceslide rubber`: read, fit, write; and printed figures."""
+"""`iceslide rubber`: read, fit, write; and words about it."""
 
 from __future__ import annotations
 
-import json
-import time
 from collections.abc import Mapping
-from functools import partial
 from pathlib import Path
 from typing import Any
 
-from iceslide_fem.postprocess.report.page import write_page
-from iceslide_fem.preprocess.rubber.case import RubberCase
-from iceslide_fem.preprocess.rubber.compound import compound
-from iceslide_fem.preprocess.rubber.figures import NAMES, draw
-from iceslide_fem.preprocess.rubber.output import fragment, relaxation_table, shift_table, summary
-from iceslide_fem.preprocess.rubber.report_page import page_of_rubber
-from iceslide_fem.runtime.files import replace_file, writing
-from iceslide_fem.runtime.folders import claimed, clear_results, other_case
-from iceslide_fem.runtime.units import ZERO_CELSIUS
+import numpy as np
 
-WRITTEN = (
-    "rubber.toml",
-    "rubber.csv",
-    "shift_factors.csv",
-    "rubber.json",
-    *(f"{name}.png" for name in NAMES),
-    "report.html",
+from iceslide_fem.postprocess.report.page import Cell, Section, Table, Text
+from iceslide_fem.preprocess.rubber.case import RubberCase
+from iceslide_fem.preprocess.rubber.charts import charts
+from iceslide_fem.preprocess.rubber.compound import Compound, compound
+from iceslide_fem.preprocess.rubber.output import fragment, relaxation_table, shift_table, summary
+from iceslide_fem.preprocess.work import Preprocessor, Words
+from iceslide_fem.runtime.files import replace_file
+from iceslide_fem.runtime.units import ZERO_CELSIUS, celsius
+
+FRAGMENT = "rubber.toml"
+LEFT_OUT = (
+    "Moduli are those of one small amplitude: no Payne effect, no softening by earlier strains. "
+    "Volume changes are elastic, moduli are not shifted vertically, and hysteresis on rough ice is "
+    "left out (docs/explanation/relaxation.md)."
 )
 
 
-def run(values: Mapping[str, Any], out: Path, force: bool = False) -> dict[str, Any]:
-    """Characterise the rubber that `values` describe (see `RubberCase`), and write to `out`.
-
-    Writes the files in `WRITTEN` and returns the content of rubber.json. Earlier results of the
-    same rubber are replaced, with `force` any results. Raises SceneError, before anything is
-    written, if the input is invalid or `out` must not be used, and OutputError if a file cannot be
-    written.
-    """
-    begun = time.perf_counter()
-    case = RubberCase.of(values)
-    here = case.model_dump(mode="json")
-    with claimed(out, partial(other_case, "rubber.json", here), force, case.files):
-        found = compound(case)
-        figures = summary(case, found)
-        texts = {
-            "rubber.toml": fragment(found),
-            "rubber.csv": relaxation_table(found),
-            "shift_factors.csv": shift_table(found),
-        }
-        with writing(out):
-            clear_results(out)
-            draw(case, found, out)
-        for name, text in texts.items():
-            replace_file(out / name, text)
-        figures["wall_s"] = time.perf_counter() - begun
-        replace_file(out / "rubber.json", json.dumps(figures, indent=2) + "\n")
-        write_page(out / "report.html", page_of_rubber(case, found, figures, lines(figures)))
-        return figures
+def write(case: RubberCase, found: Compound, out: Path) -> None:
+    """Write rubber.toml, rubber.csv and shift_factors.csv."""
+    replace_file(out / FRAGMENT, fragment(found))
+    replace_file(out / "rubber.csv", relaxation_table(found))
+    replace_file(out / "shift_factors.csv", shift_table(found))
 
 
-def lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """The main figures of the rubber as names and readable values."""
+def words(figures: Mapping[str, Any]) -> Words:
+    """What terminal and page say of a compound."""
+    arms = [[Cell(f"{tau:.4g}"), Cell(f"{g:.5g}")] for g, tau in figures["prony"]]
+    head = ["tau (s)", "g of the instantaneous modulus"]
+    kind = "Young's" if figures["moduli_of"] == "E" else "shear"
+    return Words(
+        title=f"{figures['name']}: rubber that relaxes",
+        summary=f"{len(arms)} arms, from {figures['instantaneous_modulus_Pa'] / 1e6:.4g} MPa at "
+        f"once to {figures['long_term_modulus_Pa'] / 1e6:.4g} MPa in the end ({kind} modulus).",
+        lines=_lines(figures),
+        left_out=LEFT_OUT,
+        more=[
+            Section("arms", "Arms", [Table("The Prony series", head, arms)]),
+            Section("use", "Use it in a scene", [Text(figures["toml"], "code")]),
+        ],
+    )
+
+
+def _lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
     of, measured = figures["moduli_of"], figures.get("measured")
-    low, high = (value / 6.283185307179586 for value in figures["reduced_frequencies_rad_per_s"])
-    arms = len(figures["prony"])
+    low, high = (value / (2.0 * np.pi) for value in figures["reduced_frequencies_rad_per_s"])
     result = [
         ("rubber", figures["name"]),
-        ("arms", str(arms)),
+        ("arms", str(len(figures["prony"]))),
         (f"{of}, instantaneous", f"{figures['instantaneous_modulus_Pa'] / 1e6:.4g} MPa"),
         (f"{of}, long-term", f"{figures['long_term_modulus_Pa'] / 1e6:.4g} MPa"),
         ("reduced frequencies", f"{low:.3g} to {high:.3g} Hz"),
@@ -97,11 +86,15 @@ def _fit_lines(of: str, measured: Mapping[str, Any]) -> list[tuple[str, str]]:
         (
             "largest deviation",
             f"{measured['largest_ln']:+.3g} of ln {measured['largest_of']}, "
-            f"{measured['largest_at_Hz']:.4g} Hz, "
-            f"{measured['largest_at_K'] - ZERO_CELSIUS:.4g} degC",
+            f"{measured['largest_at_Hz']:.4g} Hz, {celsius(measured['largest_at_K'])}",
         )
     )
     if "isotherms_off_law_decades" in measured:
         off = measured["isotherms_off_law_decades"]
         result.append(("isotherms off the law", f"up to {off:.2g} decades"))
     return result
+
+
+RUBBER = Preprocessor(
+    "rubber", RubberCase, compound, summary, write, charts, words, summary="rubber.json"
+)

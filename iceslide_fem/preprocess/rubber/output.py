@@ -9,6 +9,7 @@ import numpy as np
 
 from iceslide_fem.preprocess.rubber.case import RubberCase
 from iceslide_fem.preprocess.rubber.compound import Compound
+from iceslide_fem.preprocess.work import csv_text
 from iceslide_fem.relaxation.doubts import of_fit
 from iceslide_fem.relaxation.shift import Shift, ShiftTable
 from iceslide_fem.runtime.units import ZERO_CELSIUS
@@ -71,7 +72,7 @@ def relaxation_table(found: Compound) -> str:
     columns = [times, found.modulus * prony.modulus(times), dynamic.real, dynamic.imag]
     of = found.of
     head = ("time_s", f"{of}_Pa", f"{of}_storage_Pa", f"{of}_loss_Pa")
-    return _csv(head, np.column_stack(columns))
+    return csv_text(dict(zip(head, columns, strict=True)), 6)
 
 
 def shift_table(found: Compound) -> str:
@@ -83,17 +84,10 @@ def shift_table(found: Compound) -> str:
         temperatures = reference + np.arange(-60.0, 61.0, 5.0)
         temperatures = temperatures[np.isfinite(shift(temperatures))]
     law = np.log10(shift(temperatures))
-    columns = [temperatures - ZERO_CELSIUS, law]
-    head: tuple[str, ...] = ("temperature_C", "log10_a_T")
+    columns = {"temperature_C": temperatures - ZERO_CELSIUS, "log10_a_T": law}
     if measured is not None and measured.factors is not None:
-        columns.append(np.log10(measured.factors))
-        head += ("log10_a_T_alone",)
-    return _csv(head, np.column_stack(columns))
-
-
-def _csv(head: tuple[str, ...], values: Any) -> str:
-    rows = (",".join(f"{value:.6g}" for value in row) for row in values.tolist())
-    return "\n".join([",".join(head), *rows]) + "\n"
+        columns["log10_a_T_alone"] = np.log10(measured.factors)
+    return csv_text(columns, 6)
 
 
 def summary(case: RubberCase, found: Compound) -> dict[str, Any]:
@@ -112,6 +106,7 @@ def summary(case: RubberCase, found: Compound) -> dict[str, Any]:
         "shift_factors": shift.rows if isinstance(shift, ShiftTable) else None,
         "reduced_frequencies_rad_per_s": [low, high],
         "warnings": warnings(found),
+        "toml": fragment(found),
     }
     if isinstance(shift, Shift):
         result["wlf"] = {"C1": shift.C1, "C2_K": shift.C2, "reference_K": shift.reference}
@@ -135,7 +130,7 @@ def summary(case: RubberCase, found: Compound) -> dict[str, Any]:
         if measured.factors is not None:
             decades = np.log10(measured.factors / shift(found.isotherms))
             result["measured"]["isotherms_off_law_decades"] = float(np.abs(decades).max())
-    return result | {"case": case.model_dump(mode="json")}
+    return result
 
 
 def warnings(found: Compound) -> list[str]:

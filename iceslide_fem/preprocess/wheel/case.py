@@ -24,7 +24,7 @@ from iceslide_fem.preprocess.wheel.quarter_car import GRAVITY, QuarterCar
 from iceslide_fem.preprocess.wheel.rolling import Rolling
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import Scene, load_scene
-from iceslide_fem.scene.command_options import Number, option_name, option_names
+from iceslide_fem.scene.command_options import Number, option, option_name, option_names
 from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.materials import COMPOUNDS, MooneyRivlin
 from iceslide_fem.scene.units import Quantity
@@ -39,27 +39,46 @@ OF_A_SCENE = (
 class WheelCase(SourceOptions, FilmOptions):
     """A wheel: footprint, slip and friction law; SI units. Keys are the command's options.
 
-    speed: of the vehicle, m/s; slip: slip ratios, ascending; slip_angle: rad; scene: a file whose
-    friction law, ice, water and rubber replace the film options; pitch, groove: of a tread pattern
-    of blocks across the wheel, m; tread_height: m; stiffness: None to compute it; vary: values (SI)
-    of speed and temperature, in all combinations; abs: whether a quarter car of a `mass` (kg) also
-    brakes from the speed to the end_speed (m/s); the weight of its mass is the load of the wheel.
+    slip_angle: rad; stiffness: None to compute it; the weight of a quarter car's mass is the load
+    of the wheel.
     """
 
     model_config = ConfigDict(alias_generator=option_names("image"))
 
-    scene: InputFile | None = None
-    speed: Annotated[float, SPEED, Number] = 50.0 / 3.6
-    slip: Slips = tuple(round(0.05 * i, 2) for i in range(21))
-    slip_angle: Annotated[float, Quantity("rad", "-45 deg", "45 deg"), Number] = 0.0
-    pitch: Length | None = None
-    groove: Annotated[float, Quantity("m", "0.1 mm", "1 m"), Number] | None = None
-    stiffness: StiffnessText = None
-    tread_height: Length = 8e-3
-    vary: Varied = {}
-    abs: StrictBool = False
-    end_speed: Annotated[float, SPEED, Number] = 5.0 / 3.6
-    mass: Annotated[float, Quantity("kg", "1 kg", "100000 kg"), Number] | None = None
+    speed: Annotated[float, SPEED, Number] = option(
+        50.0 / 3.6, "Speed of the vehicle.", shown="50km/h"
+    )
+    slip: Slips = option(
+        tuple(round(0.05 * i, 2) for i in range(21)),
+        "Slip ratios: 1 locked, 0 rolling, below 0 driven.", "A:B:N|S,...", "0:1:21",
+    )  # fmt: skip
+    slip_angle: Annotated[float, Quantity("rad", "-45 deg", "45 deg"), Number] = option(
+        0.0, "Of the wheel's motion to its plane.", "ANGLE", "0"
+    )
+    vary: Varied = option(
+        {}, "A family of curves over speed or temperature: speed=20km/h,50km/h. May be repeated.",
+        "KEY=V,V",
+    )  # fmt: skip
+    stiffness: StiffnessText = option(
+        None, "Shear stiffness of the tread: of a patch, or per area.", "auto|N/M2|PA/M", "auto"
+    )
+    tread_height: Length = option(8e-3, "Height of tread or blocks.")
+    pitch: Length | None = option(None, "Of blocks along the wheel, edge to edge: 28mm.")
+    groove: Annotated[float, Quantity("m", "0.1 mm", "1 m"), Number] | None = option(
+        None, "Between two of them: 8mm."
+    )
+    abs: StrictBool = option(
+        False, "Brake a quarter car, too: locked, by thresholds of slip, at the peak."
+    )
+    end_speed: Annotated[float, SPEED, Number] = option(
+        5.0 / 3.6, "Where a stop ends.", shown="5km/h"
+    )
+    mass: Annotated[float, Quantity("kg", "1 kg", "100000 kg"), Number] | None = option(
+        None, "Of the quarter car.", shown="what the load weighs; of a line 350kg"
+    )
+    scene: InputFile | None = option(
+        None, "Whose friction law, ice, water and rubber are taken instead.", "SCENE"
+    )
 
     @model_validator(mode="after")
     def _pattern_is_whole(self) -> Self:

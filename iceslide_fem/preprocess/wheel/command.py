@@ -1,72 +1,169 @@
-"""Work of `iceslide wheel`: read, determine the tread's stiffness, compute, write."""
+"""`iceslide wheel`: read, determine the tread's stiffness, compute, write; and words about it."""
 
 from __future__ import annotations
 
-import json
-import time
-from collections.abc import Mapping
-from functools import partial
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-from iceslide_fem.preprocess.footprint.reading import read_source
-from iceslide_fem.preprocess.wheel.braking_figure import braking_figure
-from iceslide_fem.preprocess.wheel.braking_output import history_table, stop_figures
+import numpy as np
+import pandas as pd
+
+from iceslide_fem.postprocess.report.page import Cell, Chart, Table
+from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
+from iceslide_fem.preprocess.footprint.reading import ReadFootprint, read_source
+from iceslide_fem.preprocess.wheel.braking import compare_controls
 from iceslide_fem.preprocess.wheel.case import WheelCase
-from iceslide_fem.preprocess.wheel.curve import curves
-from iceslide_fem.preprocess.wheel.figures import draw
+from iceslide_fem.preprocess.wheel.charts import charts_of
+from iceslide_fem.preprocess.wheel.curve import Curve, curves
+from iceslide_fem.preprocess.wheel.friction import Tread
 from iceslide_fem.preprocess.wheel.law import contact_of_case
-from iceslide_fem.preprocess.wheel.output import columns, summary, table
-from iceslide_fem.preprocess.wheel.stiffness import stiffness_of
-from iceslide_fem.preprocess.wheel.stopping import stops_of
-from iceslide_fem.runtime.arrays import Array
-from iceslide_fem.runtime.files import replace_file, writing
-from iceslide_fem.runtime.folders import claimed, clear_results, other_case
+from iceslide_fem.preprocess.wheel.output import columns, stop_columns, stop_figures, summary
+from iceslide_fem.preprocess.wheel.slip_table import axes_of_a_stop, slip_table
+from iceslide_fem.preprocess.wheel.stiffness import TreadStiffness, stiffness_of
+from iceslide_fem.preprocess.wheel.stop import Stop
+from iceslide_fem.preprocess.work import Preprocessor, Words, csv_text
+from iceslide_fem.runtime.files import replace_file
 from iceslide_fem.runtime.progress import LongTask
-from iceslide_fem.scene.fingerprint import versions
+from iceslide_fem.scene.materials import BAR
 
-WRITTEN = ("mu_slip.csv", "mu_slip.png", "summary.json")
-OF_STOPS = ("stops.csv", "stops.png")
+SLIPPING, STOPS = "mu_slip.csv", "stops.csv"
+LINES = 12  # representative lines of a footprint, for stops
+ABOUT_ERROR = (
+    "The film law was advanced with a relative error of {:g} of mu per pixel; the slip ratio of "
+    "the peak is one of those that were asked for."
+)
+LEFT_OUT = (
+    "The brush: no carcass, no camber, no relaxation length, one sliding velocity over the whole "
+    "patch, pressures that slip does not change. What slides does so with the speed of the wheel: "
+    "a bristle in series with a film that melts has no motion of its own "
+    "(docs/explanation/wheel.md)."
+)
+MEMBER_HEAD = (
+    "speed (km/h)", "ice (°C)", "peak mu", "at slip", "locked mu", "peak / locked", "slope at 0"
+)  # fmt: skip
+OF_A_STOP = "distance_m", "time_s", "deceleration_m_s2"
+STOP_HEAD = ("brake", "distance (m)", "time (s)", "deceleration (m/s²)")
 
 
-def run(
-    values: Mapping[str, Any], out: Path, force: bool = False
-) -> tuple[dict[str, Array], dict[str, Any]]:
-    """Friction over slip of the wheel that `values` describe (see `WheelCase`), written to `out`.
+class Wheel(NamedTuple):
+    """A computed wheel: its footprint, tread, friction over slip, and stops by their brake."""
 
-    Writes the files in `WRITTEN`, and for stops in `OF_STOPS`; returns the columns of mu_slip.csv
-    and the content of summary.json. Earlier results of the same wheel are replaced, with `force`
-    any results. Raises SceneError, before anything is written, if the input is invalid or `out`
-    must not be used, SimulationStopped if a step of the law fails, and OutputError if a file cannot
-    be written.
+    read: ReadFootprint
+    stiffness: TreadStiffness
+    curves: list[Curve]
+    stops: Mapping[str, Stop]
+
+
+def compute(case: WheelCase) -> Wheel:
+    """The wheel of a case. Raises SceneError, SimulationStopped."""
+    read = read_source(case)
+    contact_of_case(case.members[0], read.pressure_map.contact_length)
+    with LongTask(1.0) as shown:
+        stiffness = stiffness_of(case, read.pressure_map, lambda words: shown.show(0.0, words))
+        found = curves(
+            case,
+            read.pressure_map,
+            stiffness.value,
+            lambda part: shown.show(part, f"{part:.0%} of the slip ratios"),
+        )
+        stops = stops_of(case, read.pressure_map, stiffness.value) if case.abs else {}
+    return Wheel(read, stiffness, found, stops)
+
+
+def stops_of(case: WheelCase, footprint: PressureMap, stiffness: float) -> dict[str, Stop]:
+    """Stops by name of the brake control, with a tread `stiffness` (Pa/m).
+
+    Raises SimulationStopped if a step fails.
     """
-    begun = time.perf_counter()
-    case = WheelCase.of(values)
-    here = case.model_dump(mode="json")
-    with claimed(out, partial(other_case, "summary.json", here), force, case.files):
-        read = read_source(case)
-        contact_of_case(case.members[0], read.pressure_map.contact_length)
-        with LongTask(1.0) as shown:
-            stiffness = stiffness_of(case, read.pressure_map, lambda words: shown.show(0.0, words))
-            found = curves(
-                case,
-                read.pressure_map,
-                stiffness.value,
-                lambda part: shown.show(part, f"{part:.0%} of the slip ratios"),
-            )
-            stops = stops_of(case, read.pressure_map, stiffness.value) if case.abs else {}
-        figures = summary(case, read, stiffness, found) | {"stops": stop_figures(stops)}
-        with writing(out):
-            clear_results(out)
-            draw(f"{case.source.stem}: friction over slip", found, out)
-            if stops:
-                title = f"{case.source.stem}: a quarter car brakes"
-                figure = braking_figure(stops, case.car(read.pressure_map.load), title)
-                figure.savefig(out / OF_STOPS[1], dpi=110)
-        slipping = columns(found, read.pressure_map.load)
-        replace_file(out / "mu_slip.csv", table(slipping))
-        if stops:
-            replace_file(out / OF_STOPS[0], history_table(stops))
-        figures |= {"wall_s": time.perf_counter() - begun, "versions": versions()}
-        replace_file(out / "summary.json", json.dumps(figures, indent=2) + "\n")
-        return slipping, figures
+    axes = axes_of_a_stop(case.speed, case.end_speed)
+    some = replace(footprint, pressure=footprint.sample(LINES))
+    tread = Tread(stiffness, case.pattern)
+    contact = contact_of_case(case.members[0], footprint.contact_length)
+    table = slip_table(some, *axes, tread, contact)
+    return compare_controls(table, case.speed, case.end_speed, case.car(footprint.load))
+
+
+def figures_of(case: WheelCase, found: Wheel) -> dict[str, Any]:
+    """All figures of a wheel and its stops."""
+    figures = summary(case, found.read, found.stiffness, found.curves)
+    return figures | {"stops": stop_figures(found.stops)}
+
+
+def write(case: WheelCase, found: Wheel, out: Path) -> None:
+    """Write mu_slip.csv, and of stops stops.csv."""
+    slipping = columns(found.curves, found.read.pressure_map.load)
+    replace_file(out / SLIPPING, csv_text(slipping, 8))
+    if found.stops:
+        replace_file(out / STOPS, csv_text(stop_columns(found.stops)))
+
+
+def charts(case: WheelCase, found: Wheel) -> Mapping[str, Sequence[Chart]]:
+    """Charts by the names of pictures."""
+    slipping = pd.DataFrame(columns(found.curves, found.read.pressure_map.load))
+    return charts_of(slipping, pd.DataFrame(stop_columns(found.stops)) if found.stops else None)
+
+
+def charts_in(folder: Path) -> Mapping[str, Sequence[Chart]]:
+    """The charts of the tables in `folder`. Raises OSError, ValueError."""
+    slipping, *stops = (
+        pd.read_csv(folder / name, float_precision="round_trip")
+        for name in (SLIPPING, STOPS)
+        if name == SLIPPING or (folder / name).is_file()
+    )
+    return charts_of(slipping, *(stops or [None]))
+
+
+def words(figures: Mapping[str, Any]) -> Words:
+    """What terminal and page say of a wheel."""
+    members = [[Cell(text) for text in member_cells(member)] for member in figures["curves"]]
+    stops = [
+        [Cell(name), *(Cell(f"{stop[key]:.4g}") for key in OF_A_STOP)]
+        for name, stop in figures["stops"].items()
+    ]
+    tables = [Table("Friction over slip", MEMBER_HEAD, members)]
+    return Words(
+        title=f"{Path(figures['source']).stem}: a wheel on ice",
+        summary=_summary(figures["case"], figures["curves"]),
+        lines=_lines(figures),
+        left_out=LEFT_OUT,
+        tables=[*tables, *([Table("A quarter car brakes", STOP_HEAD, stops)] if stops else [])],
+        remarks=[ABOUT_ERROR.format(figures["case"]["tolerance"])],
+    )
+
+
+def _summary(case: Mapping[str, Any], members: Sequence[Mapping[str, Any]]) -> str:
+    low, high, angle = case["slip"][0], case["slip"][-1], case["slip_angle"]
+    turned = f" and a slip angle of {np.degrees(angle):.3g}°" if angle else ""
+    first = member_cells(members[0])
+    family = f", {len(members)} curves" if len(members) > 1 else ""
+    return (
+        f"Slip ratios from {low:g} to {high:g}{turned}{family}: 1 is a locked wheel, 0 one that "
+        f"rolls freely. At {first[0]} km/h on ice at {first[1]} °C mu is {first[2]} at most, at a "
+        f"slip ratio of {first[3]}; locked it is {first[4]}."
+    )
+
+
+def _lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
+    wheel = figures["wheel"]
+    mass = [("mass of the quarter car", f"{wheel['mass_kg']:.4g} kg")] if "mass_kg" in wheel else []
+    return [
+        ("contact length", f"{1e3 * wheel['contact_length_m']:.4g} mm"),
+        ("load", f"{wheel['load_N']:.5g} N" + " per metre of width" * wheel["one_line"]),
+        *mass,
+        ("mean pressure", f"{wheel['mean_pressure_Pa'] / BAR:.4g} bar"),
+        ("shear stiffness of the tread", f"{wheel['stiffness_Pa_per_m']:.4g} Pa/m"),
+        ("which is from", wheel["stiffness_from"]),
+        ("seconds", f"{figures['wall_s']:.1f}"),
+    ]
+
+
+def member_cells(member: Mapping[str, Any]) -> list[str]:
+    """A row below `MEMBER_HEAD`; "-" for values not computed."""
+    keys = ("peak_mu", "slip_at_peak", "locked_mu", "peak_over_locked", "slope_at_0")
+    texts = ["-" if member[key] is None else f"{member[key]:.4g}" for key in keys]
+    return [f"{3.6 * member['speed_m_s']:.4g}", f"{member['temperature_C']:.4g}", *texts]
+
+
+WHEEL = Preprocessor("wheel", WheelCase, compute, figures_of, write, charts, words)

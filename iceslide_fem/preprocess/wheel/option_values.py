@@ -32,6 +32,10 @@ class Stiffness(NamedTuple):
     value: float
     unit: Literal["Pa", "Pa/m"]
 
+    def __str__(self) -> str:
+        """As the option takes it."""
+        return f"{self.value:.10g}{self.unit}"
+
 
 def _slips(value: Any) -> Any:
     """Slip ratios in ascending order, from "first:last:count" or "0.1,0.2"."""

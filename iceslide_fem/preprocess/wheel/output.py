@@ -1,4 +1,4 @@
-"""The figures of a wheel: mu_slip.csv, summary.json, and lines for the screen."""
+"""The figures of a wheel: mu_slip.csv, stops.csv, and summary.json."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from iceslide_fem.preprocess.wheel.case import WheelCase
 from iceslide_fem.preprocess.wheel.curve import Curve
 from iceslide_fem.preprocess.wheel.friction import SlipPoint
 from iceslide_fem.preprocess.wheel.stiffness import TreadStiffness
+from iceslide_fem.preprocess.wheel.stop import Stop
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.units import ZERO_CELSIUS
-from iceslide_fem.scene.materials import BAR
 
 # Columns of mu_slip.csv by fields of a point.
 COLUMNS = {
@@ -29,6 +29,10 @@ COLUMNS = {
     "film_height": "mean_film_m",
     "temperature": "mean_temperature_C",
 }
+
+
+# Columns of stops.csv, the fields of a history.
+OF_STOPS = "time_s speed_m_s wheel_speed_rad_s slip mu torque_N_m distance_m".split()
 
 
 def columns(found: Sequence[Curve], load: float) -> dict[str, Array]:
@@ -50,20 +54,33 @@ def columns(found: Sequence[Curve], load: float) -> dict[str, Array]:
     return dict(zip(head, np.array(rows).T, strict=True))
 
 
-def table(columns: Mapping[str, Array]) -> str:
-    """The text of mu_slip.csv: a row for each member of the family and slip ratio."""
-    rows = zip(*columns.values(), strict=True)
-    lines = (",".join(_number(value) for value in row) for row in rows)
-    return "\n".join([",".join(columns), *lines]) + "\n"
-
-
 def _row(point: SlipPoint) -> list[float]:
     kelvin = {"temperature": point.temperature - ZERO_CELSIUS}
     return [(point._asdict() | kelvin)[name] for name in COLUMNS]
 
 
-def _number(value: float) -> str:
-    return f"{value + 0.0:.8g}"
+def stop_columns(stops: Mapping[str, Stop]) -> dict[str, Any]:
+    """Columns of stops.csv: a row for every time of every stop; the control is the first one."""
+    names = [name for name, stop in stops.items() for _ in stop.history.time]
+    values = np.concatenate([np.array(stop.history) for stop in stops.values()], axis=1)
+    return {"control": names, **dict(zip(OF_STOPS, values, strict=True))}
+
+
+def stop_figures(stops: Mapping[str, Stop]) -> dict[str, dict[str, float]]:
+    """Figures of every stop in SI units, as in their names."""
+    return {
+        name: {
+            "from_speed_m_s": float(stop.history.speed[0]),
+            "end_speed_m_s": float(stop.history.speed[-1]),
+            "distance_m": stop.distance,
+            "time_s": stop.time,
+            "deceleration_m_s2": stop.deceleration,
+            "contact_work_J": stop.contact_work,
+            "brake_work_J": stop.brake_work,
+            "kinetic_energy_J": stop.kinetic_energy,
+        }
+        for name, stop in stops.items()
+    }
 
 
 def summary(
@@ -88,7 +105,6 @@ def summary(
         "curves": members,
         "source": str(case.source),
         "warnings": [*read.notes, *_warnings(case, found)],
-        "case": case.model_dump(mode="json"),
     }
 
 
@@ -147,40 +163,3 @@ def little_melting(found: Sequence[Curve]) -> list[str]:
         f"up to a slip ratio of {max(slips):g}{which} ice melts on less than half of the contact "
         f"at {curve.name}: {WITHOUT_MELTING}"
     ]
-
-
-def lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Common figures of the family as names and readable values."""
-    wheel = figures["wheel"]
-    load = f"{wheel['load_N']:.5g} N" + " per metre of width" * wheel["one_line"]
-    return [
-        ("contact length", f"{1e3 * wheel['contact_length_m']:.4g} mm"),
-        ("load", load),
-        *(
-            [("mass of the quarter car", f"{wheel['mass_kg']:.4g} kg")]
-            if "mass_kg" in wheel
-            else []
-        ),
-        ("mean pressure", f"{wheel['mean_pressure_Pa'] / BAR:.4g} bar"),
-        ("shear stiffness of the tread", f"{wheel['stiffness_Pa_per_m']:.4g} Pa/m"),
-        ("which is from", wheel["stiffness_from"]),
-        ("seconds", f"{figures['wall_s']:.1f}"),
-    ]
-
-
-MEMBER_HEAD = (
-    "speed (km/h)",
-    "ice (°C)",
-    "peak mu",
-    "at slip",
-    "locked mu",
-    "peak / locked",
-    "slope at 0",
-)
-
-
-def member_cells(member: Mapping[str, Any]) -> list[str]:
-    """A row for screen and page, below `MEMBER_HEAD`; "-" for values not computed."""
-    keys = ("peak_mu", "slip_at_peak", "locked_mu", "peak_over_locked", "slope_at_0")
-    texts = ["-" if member[key] is None else f"{member[key]:.4g}" for key in keys]
-    return [f"{3.6 * member['speed_m_s']:.4g}", f"{member['temperature_C']:.4g}", *texts]

@@ -5,95 +5,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from matplotlib.figure import Figure
 from rich.table import Table
 
-from iceslide_fem.postprocess.results.style import BLACK, BLUE, GREEN, ORANGE, RED
+from iceslide_fem.postprocess.report.of_runs import error_over_time
+from iceslide_fem.postprocess.report.pass_charts import charts_of_runs
+from iceslide_fem.postprocess.report.png import save_png
+from iceslide_fem.postprocess.results import Run
 from iceslide_fem.runs.simplifications import Simplifications
 from iceslide_fem.workflow.ladder.runs import LevelResult, finest_of
 
-MS = 1e3
-COLORS = {"point": ORANGE, "slice": BLUE, "block": GREEN}
-MARKS = {"half-space": "^", "column": "s", "continuum": "o", "mesh": "D"}
-LINES = {"half-space": ":", "column": "--", "continuum": "-", "mesh": "-."}
 
-
-def ladder_chart(
-    title: str,
-    outcomes: Sequence[LevelResult],
-    tolerance: float,
-    best: LevelResult | None,
-    path: Path,
-) -> None:
-    """Draw the chart to `path` (PNG)."""
-    figure = Figure(figsize=(12.5, 5.6), layout="constrained")
-    figure.suptitle(title, fontsize=13, fontweight="bold")
-    curves, costs = figure.subplots(1, 2)
-    finest = finest_of(outcomes)
-    floor = 1e-2 * tolerance  # smaller differences are drawn here
-    for outcome in outcomes:
-        if outcome.run is None:
-            continue
-        level, history, seconds = outcome.level, outcome.run.history, outcome.run.summary["wall_s"]
-        color = BLACK if outcome is finest else COLORS[level.model]
-        label = f"{level.model}, {level.heat}"
-        label += "" if level.model == "point" else f", refinement {level.refinement:g}"
-        curves.plot(
-            MS * outcome.run.sliding_time,
-            history["mu"],
-            LINES[level.heat],
-            color=color,
-            linewidth=2.0 if outcome is finest else 0.6 + 0.8 * min(level.refinement, 2.0),
-            label=label + (" (finest)" if outcome is finest else ""),
-        )
-        if outcome is finest:
-            costs.axvline(seconds, color=BLACK, linestyle=":", linewidth=1.0)
-            costs.annotate(
-                "finest level",
-                (seconds, 1.0),
-                (-4, -2),
-                xycoords=("data", "axes fraction"),  # free space: slow levels have small errors
-                textcoords="offset points",
-                ha="right",
-                va="top",
-            )
-            continue
-        largest, rms = max(outcome.largest, floor), max(outcome.rms, floor)
-        costs.plot([seconds, seconds], [rms, largest], color=color, linewidth=1.0, zorder=1)
-        size = 5.0 + 3.0 * min(level.refinement, 2.0)
-        costs.plot(seconds, largest, MARKS[level.heat], color=color, markersize=size)
-        costs.plot(seconds, rms, "_", color=color, markersize=9)
-        if outcome is best:
-            costs.plot(seconds, largest, "o", color=RED, markersize=18, fillstyle="none")
-    costs.axhline(tolerance, color=RED, linewidth=1.0)
-    costs.annotate(
-        "tolerance",
-        (1.0, tolerance),
-        (4, 0),
-        xycoords=("axes fraction", "data"),  # beside the panel
-        textcoords="offset points",
-        color=RED,
-        va="center",
-    )
-    costs.set(
-        xscale="log",
-        yscale="log",
-        xlabel="seconds",
-        ylabel=r"relative difference of $\mu(t)$ to the finest level",
-        title="Error (mark: largest, bar: rms) against time",
-    )
-    for mark, heat in zip(MARKS.values(), MARKS, strict=True):
-        costs.plot([], [], mark, color="0.4", label=heat)
-    for model, color in COLORS.items():
-        costs.plot([], [], "s", color=color, label=model)
-    costs.legend(fontsize=8, ncols=2)
-    curves.set(xlabel="sliding time (ms)", ylabel=r"$\mu$ (1)", title="Friction coefficient")
-    curves.set_ylim(bottom=0.0)
-    curves.legend(fontsize=8)
-    for panel in (curves, costs):
-        panel.grid(alpha=0.25)
-        panel.spines[["top", "right"]].set_visible(False)
-    figure.savefig(path, dpi=130)
+def ladder_chart(title: str, outcomes: Sequence[LevelResult], finest: Run, path: Path) -> None:
+    """Draw mu(t) of every level, and its error over its seconds, to `path` (PNG)."""
+    runs = {outcome.name: outcome.run for outcome in outcomes if outcome.run is not None}
+    save_png([charts_of_runs(runs)[0], *error_over_time(runs, finest)], path, title)
 
 
 def simplification_table(found: Simplifications, tolerance: float) -> Table:

@@ -1,26 +1,23 @@
-"""Pictures of a sweep: friction against every varied quantity, and maps over pairs."""
+"""Charts of a sweep: friction against every varied quantity, and maps over pairs."""
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import matplotlib
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
-from iceslide_fem.postprocess.results.style import BLUE
+from iceslide_fem.postprocess.report.page import Chart, Curve, HeatMap
+from iceslide_fem.postprocess.report.png import save_png
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene.materials import BAR
 
-DPI = 130
 PICTURES = ("mu_by_*.png", "map_*.png")
-MOST_LINES, MOST_PANELS = 8, 3
+MOST_CURVES = 12
 
 
 class SummaryQuantity(NamedTuple):
@@ -47,142 +44,129 @@ SHOWN = {
     "film.dry_stress": SummaryQuantity("stress of dry contact (bar)", 1.0 / BAR),
     "film.dry_softening": SummaryQuantity("softening of dry contact (K)"),
     "film.dry_residual": SummaryQuantity("dry contact above melting (K)"),
-    "film.D": SummaryQuantity("asperity diameter $D$ (µm)", 1e6),
-    "film.H_V": SummaryQuantity("free height $H_V$ (µm)", 1e6),
-    "film.k": SummaryQuantity("relative contact area $k$"),
+    "film.D": SummaryQuantity("asperity diameter D (µm)", 1e6),
+    "film.H_V": SummaryQuantity("free height H_V (µm)", 1e6),
+    "film.k": SummaryQuantity("relative contact area k"),
 }
 
 
-def plot_sweep(dataset: xr.Dataset, folder: Path) -> list[Path]:
+def plot_sweep(data: xr.Dataset, folder: Path) -> list[Path]:
     """Draw all pictures of a sweep into `folder`; their paths. Nothing if no case is done."""
     for pattern in PICTURES:  # of an earlier sweep, perhaps with other keys
         for earlier in folder.glob(pattern):
             earlier.unlink()
-    if not np.isfinite(dataset["mu"]).any():
-        return []
-    numeric = [key for key in _varied(dataset) if dataset[key].dtype.kind in "if"]
-    dataset = dataset.sortby(numeric)
     paths = []
-    for key in numeric:
-        paths.append(folder / f"mu_by_{key}.png")
-        friction_against(dataset, key).savefig(paths[-1], dpi=DPI)
-    for first, second in itertools.combinations(numeric, 2):
-        paths.append(folder / f"map_{first}_{second}.png")
-        maps(dataset, first, second).savefig(paths[-1], dpi=DPI)
+    for name, parts in charts_of_sweep(data).items():
+        paths.append(folder / f"{name}.png")
+        save_png(parts, paths[-1], ", ".join(filter(None, map(data.attrs.get, ("name", "model")))))
     return paths
 
 
-def friction_against(dataset: xr.Dataset, key: str) -> Figure:
-    """Mean mu against `key`, with the next varied key as colour and one more as panels.
-
-    If there are more values than lines or panels, the picture says how many it shows.
-    """
-    others = [other for other in _varied(dataset) if other != key]
-    colour, panel = [*others, None, None][:2]
-    mean, rest = _middle(dataset["mu_mean"], others[2:])
-    panels = _spread(dataset[panel].values, MOST_PANELS) if panel else [None]
-    if panel and len(panels) < dataset.sizes[panel]:
-        name = quantity_of(panel).label.partition(" (")[0]
-        share = f"{len(panels)} of {dataset.sizes[panel]} values of {name}"
-        rest = ", ".join(filter(None, [share, rest]))
-    figure = Figure(figsize=(2.0 + 3.6 * len(panels), 4.0), layout="constrained")
-    axes = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
-    for ax, at in zip(axes, panels, strict=True):
-        here = mean if panel is None else mean.sel({panel: at})
-        if panel is not None:
-            ax.set_title(_told(panel, at), fontsize=10)
-        _lines(ax, here, key, colour)
-    axes[0].set_ylabel(r"mean friction coefficient $\bar\mu$")
-    axes[0].set_ylim(bottom=0.0)
-    if colour is not None:
-        title, drawn, there = quantity_of(colour).label, len(axes[-1].lines), dataset.sizes[colour]
-        title += f"\n{drawn} of {there} values" if drawn < there else ""
-        axes[-1].legend(title=title, frameon=False, fontsize=8, title_fontsize=9)
-    figure.suptitle(_title(dataset, "Friction", rest))
-    return figure
-
-
-def maps(dataset: xr.Dataset, first: str, second: str) -> Figure:
-    """Mean mu, film height at the end and melt onset over two varied keys."""
-    others = [key for key in _varied(dataset) if key not in (first, second)]
-    end = dataset["film_height_m"].isel(time_share=-1)
-    panels = {
-        r"mean friction coefficient $\bar\mu$": dataset["mu_mean"],
-        "film height at the end (nm)": 1e9 * end,
-        "melt onset (ms); hatched: none": 1e3 * dataset["melt_onset_s"],
+def charts_of_sweep(data: xr.Dataset) -> Mapping[str, Sequence[Chart | HeatMap]]:
+    """Charts by the names of pictures; none if no case is done."""
+    if "mu_mean" not in data or not np.isfinite(data["mu_mean"]).any():
+        return {}
+    keys = keys_of(data)
+    numeric = [key for key in keys if data[key].dtype.kind in "if" and data.sizes[key] > 1]
+    data = data.sortby(numeric)
+    found: dict[str, Sequence[Chart | HeatMap]] = {
+        f"mu_by_{key}": [_over(data, key, [one for one in keys if one != key])] for key in numeric
     }
-    figure = Figure(figsize=(13.0, 4.2), layout="constrained")
-    axes = figure.subplots(1, len(panels), sharey=True)
+    for first, second in itertools.combinations(numeric, 2):
+        rest = [key for key in keys if key not in (first, second)]
+        found[f"map_{first}_{second}"] = _maps(data, first, second, rest)
+    return found
+
+
+def _over(data: xr.Dataset, key: str, others: list[str]) -> Chart:
+    """Mean mu over `key`, a curve for each combination of the `others`."""
+    look, combinations = quantity_of(key), list(places(data, others))
+    drawn = [
+        (at, data["mu_mean"].isel(at).to_numpy())
+        for at in spread(combinations, MOST_CURVES)
+        if np.isfinite(data["mu_mean"].isel(at)).any()
+    ]
+    x = look(data[key])
+    curves = [Curve(words(data, at) or "mean mu", x, mu, n) for n, (at, mu) in enumerate(drawn)]
+    values = [mu for _, mu in drawn]
+    says = f"Mean mu is between {np.nanmin(values):.4g} and {np.nanmax(values):.4g}"
+    if len(curves) < len(combinations):
+        says += f"; {len(curves)} of {len(combinations)} combinations are drawn"
+    title, anchor = f"Mean mu over {look.label}", f"over-{key.replace('.', '-')}"
+    return Chart(anchor, title, says, look.label, "mean mu", curves)
+
+
+def _maps(data: xr.Dataset, first: str, second: str, rest: list[str]) -> list[HeatMap]:
+    """Mean mu, film height at the end and melt onset over two keys, the rest at their middle."""
+    at = {key: data.sizes[key] // 2 for key in rest}
     x, y = quantity_of(first), quantity_of(second)
-    across, up = x(dataset[first].values), y(dataset[second].values)
-    rest = ""
-    for ax, (name, values) in zip(axes, panels.items(), strict=True):
-        here, rest = _middle(values, others)
-        ax.set_facecolor("0.93")
-        ax.patch.set(hatch="///", edgecolor="0.75")
-        shown = here.transpose(second, first).to_numpy()
-        figure.colorbar(ax.pcolormesh(across, up, shown, shading="nearest"), ax=ax)
-        # outer cells are half as wide: no colour beyond the values
-        ax.set(title=name, xlabel=x.label, xlim=(across.min(), across.max()))
-        ax.set_ylim(up.min(), up.max())
-    axes[0].set_ylabel(y.label)
-    figure.suptitle(_title(dataset, "Maps", rest))
-    return figure
+    where = f", {there}" if (there := words(data, at)) else ""
+    drawn = []
+    for name, unit, values in (
+        ("Mean mu", "", data["mu_mean"]),
+        ("Film height at the end", "nm", 1e9 * data["film_height_m"].isel(time_share=-1)),
+        ("Melt onset; grey: none", "ms", 1e3 * data["melt_onset_s"]),
+    ):
+        shown = values.isel(at).transpose(second, first).to_numpy()
+        if np.isfinite(shown).any():
+            anchor = f"map-{name.split()[0]}-{first}-{second}".replace(".", "-").lower()
+            says = f"Between {np.nanmin(shown):.4g} and {np.nanmax(shown):.4g} {unit}".strip()
+            axes = x(data[first]), y(data[second])
+            drawn.append(
+                HeatMap(anchor, f"{name}{where}", says, x.label, y.label, unit, axes, shown)
+            )
+    return drawn
 
 
-def _lines(ax: Axes, values: xr.DataArray, key: str, colour: str | None) -> None:
-    x = quantity_of(key)(values[key].values)
-    if colour is None:
-        ax.plot(x, values.to_numpy(), "o-", color=BLUE)
-    else:
-        chosen = _spread(values[colour].values, MOST_LINES)
-        shades = matplotlib.colormaps["viridis"](np.linspace(0.0, 0.9, len(chosen)))
-        for shade, at in zip(shades, chosen, strict=True):
-            line, label = values.sel({colour: at}).to_numpy(), _number(colour, at)
-            ax.plot(x, line, "o-", color=shade, label=label, markersize=4)
-    ax.set_xlabel(quantity_of(key).label)
-    ax.grid(alpha=0.25)
-    ax.spines[["top", "right"]].set_visible(False)
+def over_time(data: xr.Dataset) -> list[Chart]:
+    """mu(t) of some cases."""
+    done = [at for at in places(data, keys_of(data)) if np.isfinite(data["mu"].isel(at)).any()]
+    curves = [
+        Curve(
+            words(data, at) or "mu",
+            1e3 * float(data["duration_s"].isel(at)) * data["time_share"].values,
+            data["mu"].isel(at).to_numpy(),
+            look,
+        )
+        for look, at in enumerate(spread(done, MOST_CURVES))
+    ]
+    says = f"mu(t) of {len(curves)} of {len(done)} cases"
+    return [Chart("mu", "mu(t)", says, "sliding time (ms)", "mu (1)", curves)] if curves else []
 
 
-def _varied(dataset: xr.Dataset) -> list[str]:
-    """Keys with more than one value."""
-    return [str(key) for key, size in dataset["status"].sizes.items() if size > 1]
+def keys_of(data: xr.Dataset) -> list[str]:
+    """The varied keys."""
+    return [str(key) for key in data.dims if key != "time_share"]
 
 
-def _middle(values: xr.DataArray, keys: Sequence[str]) -> tuple[xr.DataArray, str]:
-    """`values` at the middle of each of `keys`, and of keys with one value; words for it."""
-    words = []
-    for key in keys:
-        at = values[key].values[values.sizes[key] // 2]
-        words.append(_told(key, at))
-        values = values.sel({key: at})
-    return values.squeeze(drop=True), ", ".join(words)
+def places(data: xr.Dataset, keys: Sequence[str]) -> Iterator[dict[str, int]]:
+    """Indices of the values of `keys` for every combination, the last varying fastest."""
+    for indices in itertools.product(*(range(data.sizes[key]) for key in keys)):
+        yield dict(zip(keys, indices, strict=True))
 
 
-def _spread(values: Array, most: int) -> list[Any]:
+def spread(values: Sequence[Any], most: int) -> list[Any]:
     """At most `most` of `values`, with the first and the last."""
     chosen = np.unique(np.linspace(0, len(values) - 1, min(most, len(values))).round().astype(int))
     return [values[number] for number in chosen]
 
 
+def words(data: xr.Dataset, at: Mapping[str, int]) -> str:
+    """The values of a case or of some keys of it, in short."""
+    return ", ".join(
+        f"{quantity_of(key).label.partition(' (')[0]} {value_of(data, key, index)}"
+        for key, index in at.items()
+        if data.sizes[key] > 1
+    )
+
+
+def value_of(data: xr.Dataset, key: str, index: int) -> str:
+    """A value of a key as text, in its unit for display."""
+    value = data[key].values[index]
+    numeric = data[key].dtype.kind in "if"
+    return f"{float(quantity_of(key)(value)):.4g}" if numeric else str(value)
+
+
 def quantity_of(key: Hashable) -> SummaryQuantity:
     """Display of a dotted key."""
     return SHOWN.get(str(key), SummaryQuantity(str(key)))
-
-
-def _number(key: str, value: Any) -> str:
-    if isinstance(value, str | bool | np.bool_):
-        return str(value).lower()
-    return f"{quantity_of(key)(value):.4g}"
-
-
-def _told(key: str, value: Any) -> str:
-    """ "pressure 2 bar" """
-    name, _, unit = quantity_of(key).label.partition(" (")
-    return f"{name} {_number(key, value)} {unit.rstrip(')')}".strip()
-
-
-def _title(dataset: xr.Dataset, what: str, rest: str) -> str:
-    words = [str(dataset.attrs["name"]), str(dataset.attrs["model"]), rest]
-    return f"{what}: " + ", ".join(word for word in words if word)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import re
-from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,9 +12,6 @@ import xarray as xr
 
 from iceslide_fem.postprocess.report.page import (
     Cell,
-    Chart,
-    Curve,
-    HeatMap,
     Page,
     Section,
     Table,
@@ -23,14 +19,21 @@ from iceslide_fem.postprocess.report.page import (
 )
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.workflow.sweep.outcome import DONE
-from iceslide_fem.workflow.sweep.plots import SummaryQuantity, quantity_of
+from iceslide_fem.workflow.sweep.plots import (
+    charts_of_sweep,
+    keys_of,
+    over_time,
+    places,
+    quantity_of,
+    value_of,
+)
 from iceslide_fem.workflow.sweep.table import read_sweep
 
 MORE = (
     "In Python: iceslide_fem.read_sweep(folder) gives these numbers as labelled arrays. "
     "The page of a case: iceslide report FOLDER/cases/CASE; of a point: run its scene by itself."
 )
-MOST_ROWS, MOST_CURVES = 400, 12
+MOST_ROWS = 400
 RESULTS = {"mu_mean": "mean mu", "mu_peak": "largest mu", "mu_end": "mu at the end"}
 
 
@@ -43,9 +46,11 @@ def page_of_sweep(folder: Path) -> Page:
         raise SceneError(
             f"{folder} holds no whole sweep (no readable sweep.csv: {error})"
         ) from None
-    keys = [str(key) for key in data.dims if key != "time_share"]
+    keys = keys_of(data)
     done, count = int((data["status"] == DONE).sum()), int(data["status"].size)
-    charts = _charts(data, keys) if "mu_mean" in data else []  # without it no case is done
+    drawn = charts_of_sweep(data)
+    charts = [part for parts in drawn.values() for part in parts]
+    charts += over_time(data) if drawn else []
     over = ", ".join(f"{key} ({data.sizes[key]} values)" for key in keys) or "nothing"
     command = Text(_command(data, keys), "code")
     return Page(
@@ -62,60 +67,17 @@ def page_of_sweep(folder: Path) -> Page:
     )
 
 
-def _places(data: xr.Dataset, keys: Sequence[str]) -> Iterator[dict[str, int]]:
-    """Indices of the values of `keys` for every combination, the last varying fastest."""
-    for indices in itertools.product(*(range(data.sizes[key]) for key in keys)):
-        yield dict(zip(keys, indices, strict=True))
-
-
-def _charts(data: xr.Dataset, keys: list[str]) -> list[Chart | HeatMap]:
-    numeric = [key for key in keys if data[key].dtype.kind in "if" and data.sizes[key] > 1]
-    charts: list[Chart | HeatMap] = []
-    for key in numeric:
-        look, others = _shown(key), [other for other in keys if other != key]
-        curves: list[Curve] = []
-        for at in _places(data, others):
-            mu = np.asarray(data["mu_mean"].isel(at).values, dtype=float)
-            if np.isfinite(mu).any() and len(curves) < MOST_CURVES:
-                curves.append(Curve(_case(data, at) or "mean mu", look(data[key]), mu, len(curves)))
-        if curves:
-            drawn = np.array([curve.y for curve in curves])
-            says = f"Mean mu is between {np.nanmin(drawn):.4g} and {np.nanmax(drawn):.4g}"
-            title, anchor = f"Mean mu over {look.label}", f"over-{_word(key)}"
-            charts.append(Chart(anchor, title, says, look.label, "mean mu", curves))
-    for down, across in itertools.combinations(numeric[:3], 2):
-        if data.sizes[down] > 2 and data.sizes[across] > 1:
-            fixed = {key: 0 for key in keys if key not in (down, across)}
-            mu = data["mu_mean"].isel(fixed).transpose(down, across).values
-            x, y = _shown(across), _shown(down)
-            anchor = f"map-{_word(down)}-{_word(across)}"
-            title = f"Mean mu, {_case(data, fixed)}" if fixed else "Mean mu"
-            says = f"Mean mu over {x.label} and {y.label}"
-            places = x(data[across]), y(data[down])
-            charts.append(HeatMap(anchor, title, says, x.label, y.label, "", places, mu))
-    over_time: list[Curve] = []
-    for at in _places(data, keys):
-        mu = np.asarray(data["mu"].isel(at).values, dtype=float)
-        if np.isfinite(mu).any() and len(over_time) < MOST_CURVES:
-            time = 1e3 * float(data["duration_s"].isel(at)) * data["time_share"].values
-            over_time.append(Curve(_case(data, at) or "mu", time, mu, len(over_time)))
-    if over_time:
-        says = f"mu(t) of the first {len(over_time)} cases"
-        charts.append(Chart("mu", "mu(t)", says, "sliding time (ms)", "mu (1)", over_time))
-    return charts
-
-
 def _cases(data: xr.Dataset, keys: list[str]) -> list[Table | Text]:
     rows = []
-    for number, at in enumerate(itertools.islice(_places(data, keys), MOST_ROWS), start=1):
-        row = [Cell(str(number)), *(Cell(_value(data, key, at[key])) for key in keys)]
+    for number, at in enumerate(itertools.islice(places(data, keys), MOST_ROWS), start=1):
+        row = [Cell(str(number)), *(Cell(value_of(data, key, at[key])) for key in keys)]
         for key in RESULTS:
             value = float(data[key].isel(at)) if key in data else np.nan
             row.append(Cell(f"{value:.4f}", key, value) if np.isfinite(value) else Cell("–"))
         status, reason = (str(data[name].isel(at).values) for name in ("status", "reason"))
         row.append(Cell(status if status == DONE else f"{status}: {reason}"))
         rows.append(row)
-    head = ["case", *(_shown(key).label for key in keys), *RESULTS.values(), "status"]
+    head = ["case", *(quantity_of(key).label for key in keys), *RESULTS.values(), "status"]
     found: list[Table | Text] = [Table("Cases in the order of the table sweep.csv", head, rows)]
     if (count := data["status"].size) > MOST_ROWS:
         found.append(Text(f"The first {MOST_ROWS} of {count} cases; sweep.csv has all."))
@@ -188,27 +150,3 @@ def _command(data: xr.Dataset, keys: list[str]) -> str:
     values = {key: ",".join(map(str, data[key].values.tolist())) for key in keys}
     varied = (f"    --vary {key}={value}" for key, value in values.items())
     return " \\\n".join([f"iceslide sweep {data.attrs.get('name') or 'SCENE'}.toml", *varied])
-
-
-def _shown(key: str) -> SummaryQuantity:
-    known = quantity_of(key)
-    return known._replace(label=known.label.replace("$", ""))
-
-
-def _value(data: xr.Dataset, key: str, index: int) -> str:
-    value = data[key].values[index]
-    numeric = data[key].dtype.kind in "if"
-    return f"{float(_shown(key)(value)):.4g}" if numeric else str(value)
-
-
-def _case(data: xr.Dataset, at: dict[str, int]) -> str:
-    """The values of a case, in short."""
-    return ", ".join(
-        f"{_shown(key).label.split(' (')[0]} {_value(data, key, index)}"
-        for key, index in at.items()
-        if data.sizes[key] > 1
-    )
-
-
-def _word(key: str) -> str:
-    return key.replace(".", "-")

@@ -1,0 +1,90 @@
+"""`iceslide footprint`, `wheel`, `roughness` and `rubber`: their options and printed words."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import typer
+
+from iceslide_fem.runtime.launch import imports_that_stay
+from iceslide_fem.runtime.terminal import show_figures, show_notes
+
+
+class Entry(NamedTuple):
+    """A command without its options, which are loaded only where they are asked for.
+
+    ending: of the default folder, after results/ and the name of the source.
+    """
+
+    module: str
+    help: str
+    ending: str = ""
+
+
+COMMANDS = {
+    "footprint": Entry(
+        "iceslide_fem.preprocess.footprint.command",
+        "Temperature, water film and friction under a tyre, from its footprint or a line along it.",
+    ),
+    "wheel": Entry(
+        "iceslide_fem.preprocess.wheel.command",
+        "Friction over slip of a wheel that rolls and slips on ice, from its footprint or a line.",
+        "_wheel",
+    ),
+    "roughness": Entry(
+        "iceslide_fem.preprocess.roughness.command",
+        "k, D and H_V over pressure, from a height map of the rubber: contact.csv for "
+        "film.contact.",
+    ),
+    "rubber": Entry(
+        "iceslide_fem.preprocess.rubber.command",
+        "Rubber that relaxes, from a DMA table: shifts, Prony series, a \\[rubber] for scenes.",
+    ),
+}
+
+
+def placeholder(name: str) -> Callable[[], None]:
+    """The command `name` for a list of commands: with its help, without its options."""
+
+    def listed() -> None: ...
+
+    listed.__doc__ = COMMANDS[name].help
+    return listed
+
+
+def whole(name: str) -> Callable[..., None]:
+    """The command `name` with its options."""
+    from iceslide_fem.commands.from_model import command
+
+    entry = COMMANDS[name]
+    kind = getattr(import_module(entry.module), name.upper())
+
+    def work(values: dict[str, Any], out: Path | None, force: bool, no_report: bool) -> None:
+        with imports_that_stay():
+            from iceslide_fem.preprocess.work import results_folder, run
+        folder = out or results_folder(values, entry.ending)
+        _, figures = run(kind, values, folder, force, not no_report)
+        words = kind.words(figures)
+        show_figures(words.lines)
+        for table in words.tables:
+            _show_table(table)
+        show_notes(figures["warnings"])
+        for remark in words.remarks:
+            typer.echo(remark)
+        for path in sorted(path for path in folder.iterdir() if path.is_file()):
+            typer.echo(str(path))
+
+    return command(kind.case, work, entry.help, f"results/<name of the source>{entry.ending}")
+
+
+def _show_table(table: Any) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    shown = Table(*table.head, title=table.caption, title_justify="left")
+    for row in table.rows:
+        shown.add_row(*(cell.text for cell in row))
+    Console().print(shown)

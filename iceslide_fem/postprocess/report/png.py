@@ -1,0 +1,110 @@
+"""Charts and maps of a page as pictures, by matplotlib."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogFormatter
+
+from iceslide_fem.postprocess.report.page import Chart, HeatMap
+
+DPI = 120
+PANEL = 6.2, 4.6  # inches
+COLOURS = ("#0072B2", "#B34700", "#00795A", "#7A4A9E", "#444444", "#8A6100")  # as on a page
+STROKES = ("-", "--", ":", "-.", (0, (8, 3)), (0, (8, 3, 1, 3)))
+SHADES = ((0.0, 0.0, 0.0, 0.0), (0.34, 0.71, 0.91, 0.16), (0.90, 0.62, 0.0, 0.18))
+MARKS = "osD^vP"
+NO_VALUE = "#c4c8cc"
+SMALLEST, LARGEST = 1e-3, 1e4  # between them logarithmic axes have plain numbers
+NAMED = 16  # curves in a legend at most
+HATCHED = 200  # cells along a side of marked places at most
+
+
+def save_png(parts: Sequence[Chart | HeatMap], path: Path, title: str = "") -> None:
+    """Write `parts` as panels of one picture with a `title`. Raises OSError."""
+    figure = figure_of(parts)
+    figure.suptitle(title, fontsize=13)
+    figure.savefig(path, dpi=DPI)
+
+
+def figure_of(parts: Sequence[Chart | HeatMap]) -> Figure:
+    """One figure with a panel for each part, two or three side by side."""
+    columns = len(parts) if len(parts) < 4 else 2 if len(parts) == 4 else 3
+    rows = -(-len(parts) // columns)
+    figure = Figure(figsize=(PANEL[0] * columns, PANEL[1] * rows), layout="constrained")
+    panels = list(figure.subplots(rows, columns, squeeze=False).flat)
+    for panel, part in zip(panels, parts, strict=False):
+        panel.set(xlabel=part.x, ylabel=part.y)
+        panel.set_title(part.title, fontsize=11)
+        if isinstance(part, HeatMap):
+            _map(panel, part)
+        else:
+            _curves(panel, part)
+    for panel in panels[len(parts) :]:
+        panel.set_axis_off()
+    return figure
+
+
+def _curves(panel: Axes, chart: Chart) -> None:
+    named = len(chart.curves) > 1
+    for curve in chart.curves:
+        look: dict[str, Any] = {"color": COLOURS[curve.look % 6], "label": curve.name}
+        if curve.marks:
+            panel.plot(curve.x, curve.y, MARKS[curve.look % 6], markersize=4, **look)
+        else:
+            panel.plot(curve.x, curve.y, linestyle=STROKES[curve.look // 6 % 6], **look)
+    for name in chart.logarithmic:
+        panel.set(**{f"{name}scale": "log"})
+        axis = getattr(panel, f"{name}axis")
+        if SMALLEST <= axis.get_view_interval()[0] and axis.get_view_interval()[1] <= LARGEST:
+            axis.set_major_formatter("{x:g}")
+            axis.set_minor_formatter(LogFormatter(minor_thresholds=(1.5, 0.7)))
+    if "y" not in chart.logarithmic:
+        low = min(
+            (np.nanmin(curve.y) for curve in chart.curves if np.isfinite(curve.y).any()), default=0
+        )
+        if low >= 0.0:
+            panel.set_ylim(bottom=0.0)
+    for number, band in enumerate(chart.bands):
+        panel.axvspan(band.start, band.end, color=SHADES[number % 3], zorder=-1, label=band.name)
+    panel.grid(alpha=0.25)
+    if (named or chart.bands) and len(chart.curves) <= NAMED:
+        panel.legend(fontsize=7)
+
+
+def _map(panel: Axes, part: HeatMap) -> None:
+    x, y = (np.asarray(place, dtype=float) for place in part.places)
+    values = np.asarray(part.values, dtype=float)
+    known = values[np.isfinite(values)]
+    least, most = (known.min(), known.max()) if known.size else (0.0, 1.0)
+    low, high = part.range or (least, most)
+    panel.set_facecolor(NO_VALUE)
+    look: dict[str, Any] = {"cmap": part.colours, "vmin": low, "vmax": high}
+    if part.equal:
+        edges = (_ends(place) for place in (x, y))
+        extent = (*next(edges), *next(edges))
+        look |= {"interpolation": "nearest", "interpolation_stage": "data"}
+        drawn: Any = panel.imshow(values, origin="lower", extent=extent, **look)
+    else:
+        drawn = panel.pcolormesh(x, y, values, shading="nearest", **look)
+    beyond = ("neither", "min", "max", "both")[int(least < low) + 2 * int(most > high)]
+    bar = panel.figure.colorbar(drawn, ax=panel, label=part.unit, extend=beyond, shrink=0.9)
+    if part.classes:
+        bar.set_ticks(range(1, 1 + len(part.classes)), labels=list(part.classes))
+    if part.marked is not None:
+        every = tuple(slice(None, None, -(-count // HATCHED)) for count in values.shape)
+        places = np.asarray(part.marked, dtype=float)[every]
+        panel.contourf(
+            x[every[1]], y[every[0]], places, levels=[0.5, 1.5], colors="none", hatches=["////"]
+        )
+
+
+def _ends(places: np.ndarray) -> tuple[float, float]:
+    """Outer edges of equal cells around `places`."""
+    half = 0.5 * (places[1] - places[0]) if places.size > 1 else 0.5
+    return float(places[0] - half), float(places[-1] + half)

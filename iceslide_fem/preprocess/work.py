@@ -1,0 +1,140 @@
+"""How every preprocessor runs: options in; tables, pictures, a page and a summary out."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from iceslide_fem.postprocess.report.page import (
+    Cell,
+    Chart,
+    HeatMap,
+    Page,
+    Section,
+    Table,
+    Text,
+    write_page,
+)
+from iceslide_fem.postprocess.report.png import save_png
+from iceslide_fem.postprocess.report.words import as_warning, versions_of
+from iceslide_fem.runtime.files import replace_file, writing
+from iceslide_fem.runtime.folders import claimed, clear_results, other_case
+from iceslide_fem.scene.command_options import CommandOptions
+from iceslide_fem.scene.fingerprint import versions
+
+PAGE = "report.html"
+Charts = Mapping[str, Sequence[Chart | HeatMap]]  # by names of pictures without .png
+
+
+class Words(NamedTuple):
+    """What terminal and page say of results.
+
+    lines: names and readable values of the main figures; remarks: sentences below the tables;
+    left_out: what the model leaves out; more: of the page alone.
+    """
+
+    title: str
+    summary: str
+    lines: Sequence[tuple[str, str]]
+    left_out: str
+    tables: Sequence[Table] = ()
+    remarks: Sequence[str] = ()
+    more: Sequence[Section] = ()
+
+
+class Preprocessor(NamedTuple):
+    """A preprocessor.
+
+    name: of its command; case: its options; compute: the results of a case; figures: of case and
+    results, for the file `summary`; write: tables of case and results, into a folder; charts: of
+    case and results; words: of the figures.
+    """
+
+    name: str
+    case: type[CommandOptions]
+    compute: Callable[[Any], Any]
+    figures: Callable[[Any, Any], dict[str, Any]]
+    write: Callable[[Any, Any, Path], None]
+    charts: Callable[[Any, Any], Charts]
+    words: Callable[[Mapping[str, Any]], Words]
+    summary: str = "summary.json"
+
+
+def run(
+    kind: Preprocessor, values: Mapping[str, Any], out: Path, force: bool = False, page: bool = True
+) -> tuple[Any, dict[str, Any]]:
+    """Compute what `values` describe (see `kind.case`) and write to `out`.
+
+    Writes the tables, a picture for each entry of the charts, unless `page` is false report.html,
+    and the summary. Returns the results and the content of the summary. Earlier results of the same
+    input are replaced, with `force` any results. Raises SceneError, before anything is written, if
+    the input is invalid or `out` must not be used, SimulationStopped if a step of the law fails,
+    and OutputError if a file cannot be written.
+    """
+    begun = time.perf_counter()
+    case = kind.case.of(values)
+    here = case.model_dump(mode="json")
+    with claimed(out, partial(other_case, kind.summary, here), force, case.files):
+        found = kind.compute(case)
+        figures = kind.figures(case, found) | {"command": case.as_command(kind.name), "case": here}
+        with writing(out):
+            clear_results(out)
+            kind.write(case, found, out)
+            charts = kind.charts(case, found)
+            for name, parts in charts.items():
+                save_png(parts, out / f"{name}.png")
+        figures |= {"wall_s": time.perf_counter() - begun, "versions": versions()}
+        if page:
+            write_page(out / PAGE, page_of(kind.words(figures), charts, figures))
+        replace_file(out / kind.summary, json.dumps(figures, indent=2) + "\n")
+        return found, figures
+
+
+def results_folder(values: Mapping[str, Any], ending: str = "") -> Path:
+    """Default output folder: results/ and the name of the source in `values`, with an ending."""
+    names = "image", "pressure_map", "line", "surface", "source"
+    named = (values[name] for name in names if values.get(name))
+    source = next(named, "gaussian" if values.get("gaussian") else "footprint")
+    return Path("results") / f"{Path(source).stem}{ending}"
+
+
+def page_of(words: Words, charts: Charts, figures: Mapping[str, Any]) -> Page:
+    """The page of a preprocessor's results."""
+    lines = [[Cell(name), Cell(value)] for name, value in words.lines]
+    notes = [as_warning(note) for note in figures["warnings"]]
+    case = [[Cell(key), Cell(str(v))] for key, v in figures["case"].items() if v is not None]
+    drawn = [part for parts in charts.values() for part in parts]
+    return Page(
+        title=words.title,
+        summary=words.summary,
+        sections=[
+            Section("results", "Results", [
+                *words.tables,
+                Table("Main figures", ["", ""], lines),
+                *map(Text, words.remarks),
+            ]),
+            Section("warnings", "Warnings", notes or [Text("There was no warning.")]),
+            Section("curves", "Curves and maps", drawn),
+            *words.more,
+            Section("neglected", "What the model leaves out", [Text(words.left_out)]),
+            Section("again", "Run it again", [
+                Text(str(figures.get("command", "")), "code"),
+                Table("All options, SI units", ["option", "value"], case),
+                versions_of({"": figures}),
+            ]),
+        ],
+    )  # fmt: skip
+
+
+def csv_text(columns: Mapping[str, Any], digits: int = 9) -> str:
+    """A table as CSV: names with units -> values, with so many `digits`."""
+    rows = zip(*columns.values(), strict=True)
+    texts = (
+        ",".join(one if isinstance(one, str) else f"{one + 0.0:.{digits}g}" for one in row)
+        for row in rows
+    )
+    return "\n".join([",".join(columns), *texts]) + "\n"
