@@ -15,8 +15,7 @@ if TYPE_CHECKING:
     from iceslide_fem import reference
     from iceslide_fem.api.points import Conditions, simulate_points
     from iceslide_fem.api.preprocessors import footprint, roughness, wheel
-    from iceslide_fem.api.runs import read_run, run
-    from iceslide_fem.api.scenes import load_scene
+    from iceslide_fem.api.runs import load_scene, read_run, run
     from iceslide_fem.api.sweeps import sweep
     from iceslide_fem.film import point
     from iceslide_fem.laws.protocol import Contact, Law, Response, Surface

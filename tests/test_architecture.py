@@ -138,4 +138,4 @@ def test_one_step_is_read_from_few_files():
     text = (PACKAGE.parent / "CONTRIBUTING.md").read_text(encoding="utf-8")
     named = re.findall(r"^\d+\. `([a-z_/]+\.py)`", text, flags=re.MULTILINE)
     lines = [len((PACKAGE / name).read_text(encoding="utf-8").splitlines()) for name in named]
-    assert 10 <= len(named) <= 14 and sum(lines) <= 3000
+    assert 10 <= len(named) <= 14 and sum(lines) <= 3300

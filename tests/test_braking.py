@@ -8,12 +8,12 @@ from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.ride import Ride
 from iceslide_fem.preprocess.wheel import braking
 from iceslide_fem.preprocess.wheel.braking import brake, brake_ideally, compare_controls
+from iceslide_fem.preprocess.wheel.brush import Rolling
 from iceslide_fem.preprocess.wheel.charts import charts_of_stops
 from iceslide_fem.preprocess.wheel.contact import FilmContact
 from iceslide_fem.preprocess.wheel.friction import Tread, friction
 from iceslide_fem.preprocess.wheel.output import stop_columns, stop_figures
 from iceslide_fem.preprocess.wheel.quarter_car import GRAVITY, Brake, QuarterCar, Threshold
-from iceslide_fem.preprocess.wheel.rolling import Rolling
 from iceslide_fem.preprocess.wheel.slip_table import SlipTable, axes_of_a_stop, slip_table
 from iceslide_fem.runtime.errors import SceneError, SimulationStopped
 from iceslide_fem.scene.materials import CONTACT_TABLES

@@ -26,7 +26,7 @@ from iceslide_fem.mesh.tagged import mesh_size  # noqa: E402
 from iceslide_fem.runs.doubts import before_run  # noqa: E402
 from iceslide_fem.runs.point import point_history  # noqa: E402
 from iceslide_fem.runtime.errors import SceneError  # noqa: E402
-from iceslide_fem.runtime.machine import memory_of_machine  # noqa: E402
+from iceslide_fem.runtime.launch import memory_of_machine  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 from iceslide_fem.simulate import run  # noqa: E402
 from iceslide_fem.workflow.planning import cost  # noqa: E402

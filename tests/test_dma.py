@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 
 from iceslide_fem.preprocess.rubber.curves import at_rate, simple_shear, stresses, uniaxial
-from iceslide_fem.relaxation.conventions import (
+from iceslide_fem.relaxation.dma import read_dma
+from iceslide_fem.relaxation.dma_fit import characterised
+from iceslide_fem.relaxation.prony import (
+    Prony,
     from_abaqus,
     from_febio,
     from_ls_dyna,
     to_febio,
     to_ls_dyna,
 )
-from iceslide_fem.relaxation.dma import read_dma
-from iceslide_fem.relaxation.dma_fit import characterised
-from iceslide_fem.relaxation.prony import Prony
 from iceslide_fem.relaxation.shift import Shift
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.materials import COMPOUNDS

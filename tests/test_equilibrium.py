@@ -12,9 +12,11 @@ from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.rubber import contact_nodes, responses, tangent  # noqa: E402
 from iceslide_fem.rubber.contact import contact_state, sliding_friction, static_friction  # noqa: E402
 from iceslide_fem.rubber.contact_surface import contact_surface  # noqa: E402
-from iceslide_fem.rubber.equilibrium import Equilibrium  # noqa: E402
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody  # noqa: E402
-from iceslide_fem.rubber.loaded_block import LoadedBlock  # noqa: E402
+from iceslide_fem.rubber.loaded_block import (
+    Equilibrium,  # noqa: E402
+    LoadedBlock,  # noqa: E402
+)
 from iceslide_fem.runtime.errors import NotConverged, SceneError  # noqa: E402
 from iceslide_fem.scene.materials import BAR, COMPOUNDS  # noqa: E402
 

@@ -11,8 +11,7 @@ from iceslide_fem.preprocess.footprint.case import FootprintCase
 from iceslide_fem.preprocess.footprint.line import gaussian_profile
 from iceslide_fem.preprocess.footprint.macroscopic import State, heat_model
 from iceslide_fem.preprocess.footprint.reading import read_footprint
-from iceslide_fem.preprocess.footprint.summary import summary
-from iceslide_fem.preprocess.footprint.survey import survey
+from iceslide_fem.preprocess.footprint.survey import summary, survey
 from iceslide_fem.runtime.errors import SceneError
 
 LENGTH, POINTS, ROWS = 0.18, 40, 4

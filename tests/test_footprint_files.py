@@ -6,8 +6,7 @@ from PIL import Image
 
 from iceslide_fem.preprocess.footprint.case import FootprintCase
 from iceslide_fem.preprocess.footprint.reading import read_footprint
-from iceslide_fem.preprocess.footprint.summary import lines, summary
-from iceslide_fem.preprocess.footprint.survey import survey
+from iceslide_fem.preprocess.footprint.survey import lines, summary, survey
 from iceslide_fem.runtime.errors import SceneError
 
 pytestmark = pytest.mark.quick

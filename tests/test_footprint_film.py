@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from iceslide_fem import point
-from iceslide_fem.preprocess.footprint import film_map as module
+from iceslide_fem.preprocess.footprint import passing as module
 from iceslide_fem.preprocess.footprint.case import FootprintCase
-from iceslide_fem.preprocess.footprint.film_map import film_map
+from iceslide_fem.preprocess.footprint.passing import film_map
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.ride import Ride
 from iceslide_fem.preprocess.footprint.synthetic import Tread

@@ -9,10 +9,13 @@ from test_sliding import slide, started, thesis  # noqa: E402
 
 from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
 from iceslide_fem.fenics.compat import MPI, fem  # noqa: E402
-from iceslide_fem.heat.elements import LayeredElements, QuadraticElements  # noqa: E402
+from iceslide_fem.heat.elements import (  # noqa: E402
+    LayeredElements,
+    QuadraticElements,
+    product,  # noqa: E402
+)
 from iceslide_fem.heat.equation import HeatEquation, uniform  # noqa: E402
 from iceslide_fem.heat.linear import LinearSolver  # noqa: E402
-from iceslide_fem.heat.matrices import product  # noqa: E402
 from iceslide_fem.heat.tabulated import Rows, TabulatedHeat  # noqa: E402
 from iceslide_fem.mesh import gmsh_model  # noqa: E402
 from iceslide_fem.mesh.ice import tagged_ice  # noqa: E402

@@ -15,12 +15,14 @@ from iceslide_fem.film.integrators import InterfaceState, advance  # noqa: E402
 from iceslide_fem.film.law import FilmStage, Surface, implicit_stage  # noqa: E402
 from iceslide_fem.film.loads import FilmLoads, FilmOnIce  # noqa: E402
 from iceslide_fem.film.runge_kutta import INTEGRATORS  # noqa: E402
-from iceslide_fem.interface import heat_models, ice_balance, ice_surface  # noqa: E402
+from iceslide_fem.interface import build, ice_balance, ice_surface  # noqa: E402
 from iceslide_fem.interface.film_frame import ContactLoads  # noqa: E402
 from iceslide_fem.interface.ice_columns import GridColumnsUnderPoints  # noqa: E402
-from iceslide_fem.interface.ice_conduction import StageSurface  # noqa: E402
 from iceslide_fem.interface.ice_continuum import Continuum  # noqa: E402
-from iceslide_fem.interface.ice_modes import SurfaceModes  # noqa: E402
+from iceslide_fem.interface.ice_modes import (
+    StageSurface,  # noqa: E402
+    SurfaceModes,  # noqa: E402
+)
 from iceslide_fem.interface.ice_surface import IceSurface  # noqa: E402
 from iceslide_fem.interface.on_rubber import Attached, Rubbing  # noqa: E402
 from iceslide_fem.interface.surface_grid import Contacts, SurfaceGrid  # noqa: E402
@@ -434,7 +436,7 @@ def test_stages_settle_with_the_link_and_agreement_of_a_tolerance(tolerance, mon
     """Also where a stiff link lets rounding grow: the agreement does not ask for more."""
     monkeypatch.setattr(ice_balance, "MAX_ITERATIONS", 30)  # a stalled balance takes all of them
     ice, points, _ = some_ice(
-        "slice", 0.5, heat_models.INTERFACE_RESISTANCE * tolerance, heat_models.agreement(tolerance)
+        "slice", 0.5, build.INTERFACE_RESISTANCE * tolerance, build.agreement(tolerance)
     )
     heat_state = ice.initial(0)
     for _ in range(3):

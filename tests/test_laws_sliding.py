@@ -16,7 +16,7 @@ from iceslide_fem.coupling.step_error import StepError  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.laws.table import law_of  # noqa: E402
 from iceslide_fem.output.history import interface_fields, slide_row  # noqa: E402
-from iceslide_fem.rubber.build import build_block  # noqa: E402
+from iceslide_fem.rubber.block import build_block  # noqa: E402
 from iceslide_fem.runs.point import point_history  # noqa: E402
 from iceslide_fem.runtime.errors import SceneError, SimulationStopped  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402

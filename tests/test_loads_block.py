@@ -15,7 +15,7 @@ from iceslide_fem.coupling.accept import Acceptance  # noqa: E402
 from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
 from iceslide_fem.coupling.restart import checkpoint_tables, resumed  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
-from iceslide_fem.rubber.build import build_block  # noqa: E402
+from iceslide_fem.rubber.block import build_block  # noqa: E402
 from iceslide_fem.runtime.errors import SimulationStopped  # noqa: E402
 
 pytestmark = [pytest.mark.fe, pytest.mark.once]

@@ -22,7 +22,7 @@ from iceslide_fem.mesh.grid import graded, tensor_grid  # noqa: E402
 from iceslide_fem.mesh.named_cells import rubber_file  # noqa: E402
 from iceslide_fem.mesh.tagged import mesh_size  # noqa: E402
 from iceslide_fem.mesh.user_mesh import load_user_mesh  # noqa: E402
-from iceslide_fem.rubber.build import build_block  # noqa: E402
+from iceslide_fem.rubber.block import build_block  # noqa: E402
 from iceslide_fem.runtime.errors import SceneError  # noqa: E402
 from iceslide_fem.runtime.ranks import from_root  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402

@@ -27,15 +27,17 @@ from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
 from iceslide_fem.coupling.sliding import Sliding  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.output.block_fields import BlockFields  # noqa: E402
-from iceslide_fem.output.fields import Fields  # noqa: E402
+from iceslide_fem.output.fields import (
+    Fields,  # noqa: E402
+    write_vtu,  # noqa: E402
+)
 from iceslide_fem.output.grids import FacetGrid, Grid, RubberGrid, tensor_grid  # noqa: E402
 from iceslide_fem.output.history import slide_row  # noqa: E402
 from iceslide_fem.output.probes import Probes  # noqa: E402
 from iceslide_fem.output.summary import write_summary  # noqa: E402
 from iceslide_fem.output.table import Table  # noqa: E402
-from iceslide_fem.output.vtu import write_vtu  # noqa: E402
 from iceslide_fem.postprocess.results import field_files  # noqa: E402
-from iceslide_fem.rubber.build import build_block  # noqa: E402
+from iceslide_fem.rubber.block import build_block  # noqa: E402
 from iceslide_fem.rubber.contact_surface import contact_surface  # noqa: E402
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody  # noqa: E402
 from iceslide_fem.rubber.press import press, start_sliding  # noqa: E402
@@ -50,7 +52,7 @@ from iceslide_fem.runs.schedule import FieldTimes  # noqa: E402
 from iceslide_fem.runtime.errors import OutputError, SceneError  # noqa: E402
 from iceslide_fem.scene import load_scene, scene_from_dict  # noqa: E402
 from iceslide_fem.scene.fingerprint import fingerprint  # noqa: E402
-from iceslide_fem.scene.output import FIELDS  # noqa: E402
+from iceslide_fem.scene.numerics import FIELDS  # noqa: E402
 from iceslide_fem.simulate import run  # noqa: E402
 
 WORLD = MPI.COMM_WORLD

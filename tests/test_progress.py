@@ -10,7 +10,7 @@ from iceslide_fem.runtime import progress
 from iceslide_fem.runtime.progress import LongTask
 
 pytest.importorskip("iceslide_fem.fenics.compat")
-from iceslide_fem.runs.progress import Progress  # noqa: E402
+from iceslide_fem.runs.observers import Progress  # noqa: E402
 
 pytestmark = pytest.mark.quick
 

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from iceslide_fem.relaxation.compound import Relaxation
-from iceslide_fem.relaxation.prony import Prony, delayed, mean_response
+from iceslide_fem.relaxation.prony import Prony, Relaxation, delayed, mean_response
 from iceslide_fem.relaxation.shift import Shift
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import scene_from_dict

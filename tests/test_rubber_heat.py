@@ -4,15 +4,14 @@ import numpy as np
 import pytest
 from test_heat import given_flux
 
-from iceslide_fem.film import film_between
-from iceslide_fem.film.film_between import FilmBetween, HalfFilm, RubberSurface
+from iceslide_fem.film import rubber_heat
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import InterfaceState, advance
 from iceslide_fem.film.law import Surface, implicit_stage
 from iceslide_fem.film.loads import FilmLoads, FilmOnIce
 from iceslide_fem.film.point import Conditions, simulate
 from iceslide_fem.film.point_conditions import Loading
-from iceslide_fem.film.rubber_heat import RubberColumns
+from iceslide_fem.film.rubber_heat import FilmBetween, HalfFilm, RubberColumns, RubberSurface
 from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.reference import constant_flux_rise
 from iceslide_fem.scene.contact_table import ConstantContact
@@ -144,7 +143,7 @@ def test_the_first_guess_of_the_film_height_does_not_matter(monkeypatch):
         np.testing.assert_allclose(stage.log_height, stages[0].log_height, atol=1e-7)
     means = []
     for tolerance in (1e-6, 1e-12):
-        monkeypatch.setattr(film_between, "HEIGHT_TOLERANCE", tolerance)
+        monkeypatch.setattr(rubber_heat, "HEIGHT_TOLERANCE", tolerance)
         rubber = RubberColumns(T_0, DURATION, RUBBER)
         means.append(simulate(thesis_conditions(), rubber=rubber).mu_mean[0])
     assert means[0] == pytest.approx(means[1], rel=1e-7)
@@ -250,8 +249,8 @@ def test_conditions_of_several_durations_are_independent():
 
 def test_a_height_that_does_not_agree_with_its_conductance_is_no_height(monkeypatch):
     ice, film, y = some_bodies()
-    monkeypatch.setattr(film_between, "MAX_PASSES", 1)
+    monkeypatch.setattr(rubber_heat, "MAX_PASSES", 1)
     found = np.isfinite(film.solve(ice).log_height)
-    monkeypatch.setattr(film_between, "MAX_PASSES", 20)
+    monkeypatch.setattr(rubber_heat, "MAX_PASSES", 20)
     change = np.abs(film.solve(ice).log_height - y)
     assert not found[change > 1e-5].any() and np.isfinite(film.solve(ice).log_height).all()

@@ -11,7 +11,7 @@ from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.point import Conditions, simulate  # noqa: E402
 from iceslide_fem.film.rubber_heat import RubberColumns  # noqa: E402
 from iceslide_fem.interface.film_frame import ContactLoads  # noqa: E402
-from iceslide_fem.interface.rubber_columns import RubberOverGrid  # noqa: E402
+from iceslide_fem.interface.rubber_mesh import RubberOverGrid  # noqa: E402
 from iceslide_fem.interface.surface_grid import SurfaceGrid  # noqa: E402
 from iceslide_fem.scene.materials import rubber_solid  # noqa: E402
 

@@ -16,7 +16,7 @@ from iceslide_fem.fenics.start import start_petsc  # noqa: E402
 from iceslide_fem.mesh.gmsh_model import distribute  # noqa: E402
 from iceslide_fem.mesh.grid import with_sides  # noqa: E402
 from iceslide_fem.mesh.rubber import tagged_rubber  # noqa: E402
-from iceslide_fem.rubber.build import build_block  # noqa: E402
+from iceslide_fem.rubber.block import build_block  # noqa: E402
 from iceslide_fem.rubber.contact import Traction  # noqa: E402
 from iceslide_fem.rubber.press import press  # noqa: E402
 from iceslide_fem.rubber.self_contact_friction import slip  # noqa: E402
@@ -43,7 +43,7 @@ def model(request, monkeypatch):
         tagged = from_root(lambda: in_tetrahedra(with_sides(tagged_rubber(scene))), comm)
         return distribute(tagged, comm)
 
-    monkeypatch.setattr("iceslide_fem.rubber.build.rubber_mesh", in_pieces)
+    monkeypatch.setattr("iceslide_fem.rubber.block.rubber_mesh", in_pieces)
     return "block"
 
 

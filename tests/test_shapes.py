@@ -21,7 +21,7 @@ from iceslide_fem.mesh.rubber import (  # noqa: E402
 from iceslide_fem.mesh.shape import Wave, leaned, straightened  # noqa: E402
 from iceslide_fem.mesh.soundness import Soundness, shape_gradients  # noqa: E402
 from iceslide_fem.mesh.tagged import mesh_size, smallest_angle  # noqa: E402
-from iceslide_fem.rubber.build import build_block  # noqa: E402
+from iceslide_fem.rubber.block import build_block  # noqa: E402
 from iceslide_fem.rubber.press import press  # noqa: E402
 from iceslide_fem.runtime.errors import SceneError  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402

@@ -19,18 +19,23 @@ from iceslide_fem.coupling.accept import Acceptance  # noqa: E402
 from iceslide_fem.coupling.coupled_step import CoupledStep  # noqa: E402
 from iceslide_fem.coupling.drainage import Undrained  # noqa: E402
 from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
-from iceslide_fem.coupling.limits import LIMITS  # noqa: E402
 from iceslide_fem.coupling.plate import Plate  # noqa: E402
 from iceslide_fem.coupling.relaxing import Elastic  # noqa: E402
 from iceslide_fem.coupling.sliding import Sliding  # noqa: E402
-from iceslide_fem.coupling.step_error import StepError, StepRejected  # noqa: E402
+from iceslide_fem.coupling.step_error import (  # noqa: E402
+    LIMITS,  # noqa: E402
+    StepError,
+    StepRejected,
+)
 from iceslide_fem.coupling.subcycles import Subcycles  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.point import Conditions, simulate  # noqa: E402
 from iceslide_fem.laws.film import default_ramp  # noqa: E402
 from iceslide_fem.output.history import slide_row  # noqa: E402
-from iceslide_fem.rubber.block import Block  # noqa: E402
-from iceslide_fem.rubber.build import build_block  # noqa: E402
+from iceslide_fem.rubber.block import (
+    Block,  # noqa: E402
+    build_block,  # noqa: E402
+)
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody  # noqa: E402
 from iceslide_fem.rubber.press import press, start_sliding  # noqa: E402
 from iceslide_fem.runs.pace import Pace  # noqa: E402

@@ -7,12 +7,11 @@ import pytest
 
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.tables.columns import Wanted, find_columns, heading_unit
-from iceslide_fem.runtime.tables.grid import grid
+from iceslide_fem.runtime.tables.grid import decoded, grid, read_text
 from iceslide_fem.runtime.tables.layout import parse, read_table
-from iceslide_fem.runtime.tables.text import decoded, read_text
 from iceslide_fem.runtime.units import si_unit, to_si
 from iceslide_fem.scene import scene_from_dict
-from iceslide_fem.scene.contact_file import read_contact_table
+from iceslide_fem.scene.contact_table import read_contact_table
 
 pytestmark = pytest.mark.quick
 

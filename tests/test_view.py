@@ -14,7 +14,7 @@ from runs import write_run  # noqa: E402
 from written_fields import TIMES, in_parts, write_fields  # noqa: E402
 
 from iceslide_fem.commands.view import view as view_command  # noqa: E402
-from iceslide_fem.postprocess.report.fields import fields_of  # noqa: E402
+from iceslide_fem.postprocess.report.field_drawings import fields_of  # noqa: E402
 from iceslide_fem.postprocess.results import read_run  # noqa: E402
 from iceslide_fem.runtime.errors import SceneError  # noqa: E402
 

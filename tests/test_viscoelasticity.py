@@ -9,8 +9,10 @@ from blocks import CELLS, SIZE, a_block, bend  # noqa: E402
 from test_rubber import uniform  # noqa: E402
 
 from iceslide_fem.fenics import compat  # noqa: E402
-from iceslide_fem.relaxation.compound import Relaxation  # noqa: E402
-from iceslide_fem.relaxation.prony import Prony  # noqa: E402
+from iceslide_fem.relaxation.prony import (
+    Prony,  # noqa: E402
+    Relaxation,  # noqa: E402
+)
 from iceslide_fem.relaxation.shift import Shift  # noqa: E402
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody  # noqa: E402
 from iceslide_fem.scene.materials import COMPOUNDS, MooneyRivlin  # noqa: E402

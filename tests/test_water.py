@@ -15,9 +15,11 @@ from iceslide_fem.film.loads import squeeze_rate  # noqa: E402
 from iceslide_fem.film.runge_kutta import INTEGRATORS  # noqa: E402
 from iceslide_fem.interface.film_frame import ContactLoads  # noqa: E402
 from iceslide_fem.interface.ice_columns import GridColumns  # noqa: E402
-from iceslide_fem.interface.on_ice import OnIce  # noqa: E402
+from iceslide_fem.interface.on_ice import (
+    OnIce,  # noqa: E402
+    moved_by_a_cell,  # noqa: E402
+)
 from iceslide_fem.interface.surface_grid import SurfaceGrid  # noqa: E402
-from iceslide_fem.interface.water import moved_by_a_cell  # noqa: E402
 from iceslide_fem.laws.film import FilmLaw  # noqa: E402
 from iceslide_fem.mesh.ice import window_cell  # noqa: E402
 from iceslide_fem.runtime.errors import SceneError  # noqa: E402

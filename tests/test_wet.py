@@ -16,7 +16,7 @@ from iceslide_fem.film.voids import Voids
 from iceslide_fem.runs.point import point_history
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import scene_from_dict
-from iceslide_fem.scene.contact_file import read_contact_table
+from iceslide_fem.scene.contact_table import read_contact_table
 from iceslide_fem.scene.materials import CONTACT_TABLES
 from iceslide_fem.scene.notes import notes
 from iceslide_fem.workflow.sweep.points import simulate_points

@@ -8,9 +8,8 @@ import pytest
 from iceslide_fem.film.conditions import scene_conditions, scene_passes
 from iceslide_fem.film.passes import column_for, next_start
 from iceslide_fem.laws.table import law_of
-from iceslide_fem.runs.law_pass import law_pass
 from iceslide_fem.runs.point import point_history
-from iceslide_fem.runs.point_pass import first_state
+from iceslide_fem.runs.point_pass import first_state, law_pass
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.scene.materials import BOTTOMLESS, MELTING_ENTHALPY

@@ -6,16 +6,14 @@ import numpy as np
 import pytest
 
 from iceslide_fem.laws.table import law_of
-from iceslide_fem.preprocess.footprint.film_map import film_map
+from iceslide_fem.preprocess.footprint.passing import film_map
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.ride import Ride
-from iceslide_fem.preprocess.wheel.contact import FilmContact
+from iceslide_fem.preprocess.wheel.brush import Pattern, Rolling
+from iceslide_fem.preprocess.wheel.contact import FilmContact, LawContact
 from iceslide_fem.preprocess.wheel.friction import Tread, friction
-from iceslide_fem.preprocess.wheel.law_contact import LawContact
-from iceslide_fem.preprocess.wheel.pattern import Pattern
-from iceslide_fem.preprocess.wheel.rolling import Rolling
 from iceslide_fem.scene import scene_from_dict
-from iceslide_fem.scene.contact_file import read_contact_table
+from iceslide_fem.scene.contact_table import read_contact_table
 
 pytestmark = pytest.mark.quick
 

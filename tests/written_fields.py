@@ -6,9 +6,8 @@ from blocks import SIZE, a_block
 from runs import DURATION, a_scene
 
 from iceslide_fem.fenics.compat import MPI
-from iceslide_fem.output.fields import Fields
+from iceslide_fem.output.fields import Fields, write_vtu
 from iceslide_fem.output.grids import FacetGrid, Grid, RubberGrid, tensor_grid
-from iceslide_fem.output.vtu import write_vtu
 from iceslide_fem.rubber.contact_surface import contact_surface
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 

@@ -118,9 +118,8 @@ def scene_keys() -> Iterator[tuple[str, list[Row]]]:
 
 def run_columns(table: str) -> list[Row]:
     """Column, meaning of a table that a run writes."""
-    from iceslide_fem.output.passes import PassRow
     from iceslide_fem.output.probes import ProbeRow
-    from iceslide_fem.output.table import HistoryRow, PreloadRow, columns_of
+    from iceslide_fem.output.table import HistoryRow, PassRow, PreloadRow, columns_of
 
     described = tomllib.loads((REFERENCE / "columns.toml").read_text(encoding="utf-8"))[table]
     kinds = {"history": HistoryRow, "preload": PreloadRow, "passes": PassRow, "probes": ProbeRow}

@@ -6,6 +6,9 @@ steps.
 
 from __future__ import annotations
 
+import os
+import runpy
+import signal
 import subprocess
 import tempfile
 import threading
@@ -29,6 +32,18 @@ from iceslide_fem.scene import Scene
 from iceslide_fem.simulate import other_results
 from iceslide_fem.workflow.sweep.outcome import SENTENCE
 from iceslide_fem.workflow.sweep.processes import write_scene
+
+
+def _watch() -> None:
+    while os.read(0, 1):  # not sys.stdin: a thread waiting in it aborts at exit
+        pass
+    os.kill(os.getpid(), signal.SIGTERM)
+
+
+if __name__ == "__main__":
+    threading.Thread(target=_watch, daemon=True).start()
+    runpy.run_module("iceslide_fem.cli", run_name="__main__")  # by name: it imports this folder
+
 
 SECONDS_TO_STOP = 60.0  # for the present step and a checkpoint
 SECONDS_UNWATCHED = 5.0  # time for a page to reload
@@ -165,7 +180,7 @@ class Runs:
         file = Path(self._scenes.name) / f"{number}.toml"
         write_scene(file, scene)
         log = file.with_suffix(".log")
-        words = module_words("iceslide_fem.app.watched", "run")
+        words = module_words("iceslide_fem.app.runs", "run")
         words += ["--restart", str(out)] if resume else [str(file), "--out", str(out)]
         words += ["--force"] if force and not resume else []
         words += ["--checkpoint-every", "5"]

@@ -9,7 +9,7 @@ from textwrap import indent
 from typing import Any
 
 from iceslide_fem.app.form import Slider
-from iceslide_fem.scene.dry_shear import DryShear
+from iceslide_fem.scene.shear_strength import DryShear
 
 Tables = Mapping[str, Any]
 
@@ -85,7 +85,7 @@ def strength_lines(dry: DryShear) -> tuple[str, str]:
     """Import and Python expression of the strength of dry contact."""
     if dry.stress is None:
         return "", "None"
-    imported = "from iceslide_fem.scene.dry_shear import DryShear\n"
+    imported = "from iceslide_fem.scene.shear_strength import DryShear\n"
     return imported, f"DryShear{tuple(dry)}.strength(MELTING_TEMPERATURE)"
 
 

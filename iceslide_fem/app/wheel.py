@@ -11,8 +11,7 @@ from iceslide_fem.app.film_case import slider_of
 from iceslide_fem.app.form import Texts
 from iceslide_fem.app.wheel_case import WheelLine
 from iceslide_fem.app.wheel_snippets import wheel_command, wheel_lines
-from iceslide_fem.preprocess.wheel.curve import Curve
-from iceslide_fem.preprocess.wheel.friction import SlipPoint, friction
+from iceslide_fem.preprocess.wheel.friction import Curve, SlipPoint, friction
 from iceslide_fem.preprocess.wheel.output import little_melting
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene.materials import BAR

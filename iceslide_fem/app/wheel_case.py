@@ -12,10 +12,9 @@ from iceslide_fem.preprocess.footprint.line import as_map, gaussian_profile
 from iceslide_fem.preprocess.footprint.option_values import Length
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.ride import Ride
+from iceslide_fem.preprocess.wheel.brush import Pattern, Rolling
 from iceslide_fem.preprocess.wheel.contact import FilmContact
 from iceslide_fem.preprocess.wheel.friction import Tread
-from iceslide_fem.preprocess.wheel.pattern import Pattern
-from iceslide_fem.preprocess.wheel.rolling import Rolling
 from iceslide_fem.scene.command_options import Number
 from iceslide_fem.scene.materials import (
     BAR,

@@ -38,14 +38,14 @@ def wheel_lines(case: WheelLine) -> str:
         profile = f"_, pressure = gaussian_profile({given})\n"
         pressure = "pressure"
     if case.tread == "blocks":
-        pattern = "from iceslide_fem.preprocess.wheel.pattern import Pattern\n"
+        pattern = "from iceslide_fem.preprocess.wheel.brush import Pattern\n"
         tread = f"Tread({case.stiffness!r}, Pattern({case.pitch!r}, {case.groove!r}, {PHASES}))"
     return f"""\
 from iceslide_fem.preprocess.footprint.line import {line}
 from iceslide_fem.preprocess.footprint.ride import Ride
 from iceslide_fem.preprocess.wheel.contact import FilmContact
 from iceslide_fem.preprocess.wheel.friction import Tread, friction
-{pattern}from iceslide_fem.preprocess.wheel.rolling import Rolling
+{pattern}from iceslide_fem.preprocess.wheel.brush import Rolling
 {imported}from iceslide_fem.scene.materials import CONTACT_TABLES{melting}
 
 {profile}footprint = as_map({pressure}, {case.length!r} / {CELLS})

@@ -12,11 +12,10 @@ import numpy as np
 from iceslide_fem.coupling.coupled_step import CoupledStep
 from iceslide_fem.coupling.drainage import drainage_of
 from iceslide_fem.coupling.energy import mechanics_of
-from iceslide_fem.coupling.limits import LIMITS, StepLimits
 from iceslide_fem.coupling.plate import Plate
 from iceslide_fem.coupling.relaxing import relaxing
 from iceslide_fem.coupling.state import AcceptedStep, CheckpointState, CoupledState
-from iceslide_fem.coupling.step_error import StepError, StepRejected
+from iceslide_fem.coupling.step_error import LIMITS, StepError, StepLimits, StepRejected
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.interface.build import film_frame_of
 from iceslide_fem.interface.film_frame import ContactLoads

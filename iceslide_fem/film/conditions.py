@@ -7,18 +7,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from iceslide_fem.film.aged_loading import AgedLoading
+from iceslide_fem.film.aged_loads import AgedLoading
 from iceslide_fem.film.contact_age import contact_age
-from iceslide_fem.film.film_between import HalfFilm
 from iceslide_fem.film.passes import Passes
 from iceslide_fem.film.point_conditions import Conditions, InTime, Loading
-from iceslide_fem.film.rubber_heat import INSULATED, Insulated, RubberColumns
+from iceslide_fem.film.rubber_heat import INSULATED, HalfFilm, Insulated, RubberColumns
 from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.course import SAMPLED
-from iceslide_fem.scene.dry_shear import DryShear
 from iceslide_fem.scene.materials import Ground
+from iceslide_fem.scene.shear_strength import DryShear
 
 # Number of steps of a run with fixed steps, unless numerics.max_step is given.
 FIXED_STEPS = 2000

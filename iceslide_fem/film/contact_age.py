@@ -24,8 +24,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from iceslide_fem.relaxation.compound import Relaxation
-from iceslide_fem.relaxation.prony import delayed
+from iceslide_fem.relaxation.prony import Relaxation, delayed
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.contact_table import ContactParameters, ContactTable

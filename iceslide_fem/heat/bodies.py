@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from iceslide_fem.fenics.compat import MPI, PETSc
+from iceslide_fem.heat.elements import rows_of
 from iceslide_fem.heat.equation import Conducting, HeatEquation
-from iceslide_fem.heat.matrices import rows_of
 from iceslide_fem.heat.surface import Reading
 from iceslide_fem.runtime.arrays import Array
 

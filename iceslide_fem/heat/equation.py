@@ -20,8 +20,7 @@ import numpy as np
 
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc, fem
-from iceslide_fem.heat.elements import LayeredElements, QuadraticElements
-from iceslide_fem.heat.matrices import product
+from iceslide_fem.heat.elements import LayeredElements, QuadraticElements, product
 from iceslide_fem.mesh.gmsh_model import DistributedMesh
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.scene.materials import Solid

@@ -22,8 +22,7 @@ from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.law import Film, FilmStage
 from iceslide_fem.interface.film_frame import Unmeshed
-from iceslide_fem.interface.ice_conduction import StageSurface
-from iceslide_fem.interface.ice_modes import SurfaceModes
+from iceslide_fem.interface.ice_modes import StageSurface, SurfaceModes
 from iceslide_fem.interface.ice_surface import IceSurface
 from iceslide_fem.interface.surface_grid import Contacts, Profile, SurfaceGrid
 from iceslide_fem.mesh.grid import Lines

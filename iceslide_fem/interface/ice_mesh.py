@@ -14,15 +14,12 @@ import numpy as np
 
 from iceslide_fem.fenics.compat import PETSc
 from iceslide_fem.film.law import Film, FilmStage
-from iceslide_fem.heat.balance import Balance, Meeting
+from iceslide_fem.heat.balance import AboveIce, Balance, Meeting
 from iceslide_fem.heat.bodies import Bodies
-from iceslide_fem.heat.contact import AboveIce
 from iceslide_fem.heat.equation import HeatEquation
-from iceslide_fem.heat.readings import Readings
-from iceslide_fem.heat.surface import HeatedSurface, Reading
+from iceslide_fem.heat.surface import HeatedSurface, Reading, Readings
 from iceslide_fem.interface.film_frame import Rises
-from iceslide_fem.interface.recent import Recent
-from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Placement, Profile
+from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Placement, Profile, Recent
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import Solid
 

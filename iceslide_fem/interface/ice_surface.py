@@ -12,13 +12,10 @@ from copy import copy
 import numpy as np
 
 from iceslide_fem.film.law import Film, FilmStage, Surface
-from iceslide_fem.interface.ice_balance import NOT_FOUND, Balance, Lines, balance
-from iceslide_fem.interface.ice_conduction import StageSurface, SurfaceConduction
-from iceslide_fem.interface.ice_modes import SurfaceModes
-from iceslide_fem.interface.melting_guess import melting_guess
-from iceslide_fem.interface.recent import Recent
+from iceslide_fem.interface.ice_balance import NOT_FOUND, Balance, Lines, balance, melting_guess
+from iceslide_fem.interface.ice_modes import StageSurface, SurfaceConduction, SurfaceModes
 from iceslide_fem.interface.shared_points import SharedPoints
-from iceslide_fem.interface.surface_grid import Contacts, Placement, SurfaceGrid
+from iceslide_fem.interface.surface_grid import Contacts, Placement, Recent, SurfaceGrid
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import NotConverged
 from iceslide_fem.scene.materials import Solid

@@ -12,16 +12,36 @@ from iceslide_fem.film.law import log_shearing
 from iceslide_fem.film.loads import FilmLoads
 from iceslide_fem.film.runge_kutta import Integrator
 from iceslide_fem.interface.film_frame import ContactLoads, InterfaceStep, Shifted, fresh
-from iceslide_fem.interface.recent import Recent
-from iceslide_fem.interface.rubber_columns import InsulatedOverGrid, RubberOverGrid
-from iceslide_fem.interface.surface_grid import Contacts, OwnNodes
-from iceslide_fem.interface.water import HALF, cells_passed, moved_by_a_cell
+from iceslide_fem.interface.rubber_mesh import InsulatedOverGrid, RubberOverGrid
+from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Recent
 from iceslide_fem.interface.window import RECENT, PassingIce, place, reaches, shifted, whole_cells
 from iceslide_fem.laws.aged_film import AgedFilm
 from iceslide_fem.laws.carrying_film import CarryingFilm
 from iceslide_fem.laws.film import FilmLaw
 from iceslide_fem.laws.interface_law import Sheared
 from iceslide_fem.runtime.arrays import Array, Index, Mask
+
+HALF = 0.5  # least covered fraction of a covered node's cell
+
+
+def cells_passed(start: float, end: float, cell: float) -> int:
+    """Cells by which water moves while its characteristics go from `start` to `end` (m)."""
+    first, last = (int(np.floor(distance / cell + 0.5 + 1e-9)) for distance in (start, end))
+    return last - first
+
+
+def moved_by_a_cell(height: Array, covered: Mask, free: Array) -> tuple[Array, Array]:
+    """Heights (m) after water below the rubber moves by one cell in +x, and the lost water.
+
+    Arrays have the grid's shape, x first. A covered node takes the water of the node behind it,
+    also if the rubber has left that node since the last move. The foremost covered node also keeps
+    its own water, up to its `free` height (m) H_V. The rest is pushed out.
+    """
+    behind, ahead = np.zeros_like(height), np.zeros_like(covered)
+    behind[1:], ahead[:-1] = height[:-1], covered[1:]
+    moved = np.where(covered, behind, 0.0) + np.where(ahead, 0.0, height)
+    lost = np.where(covered & ~ahead, np.maximum(moved - np.maximum(free, behind), 0.0), 0.0)
+    return moved - lost, lost
 
 
 class Nodal(Loads, Protocol):

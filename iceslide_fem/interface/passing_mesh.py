@@ -7,11 +7,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from iceslide_fem.heat.elements import product
 from iceslide_fem.heat.equation import HeatEquation
 from iceslide_fem.heat.exchange import numbers_at, taking
-from iceslide_fem.heat.matrices import product
-from iceslide_fem.heat.readings import Readings
-from iceslide_fem.heat.surface import Reading
+from iceslide_fem.heat.surface import Reading, Readings
 from iceslide_fem.interface.ice_mesh import MeshedIce, Settings
 from iceslide_fem.interface.rubber_mesh import MeshedIceAndRubber, MeshedRubber
 from iceslide_fem.interface.surface_grid import Placement, Profile, SurfaceGrid

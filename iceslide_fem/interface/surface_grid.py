@@ -8,16 +8,46 @@ each point belongs to one rank.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections import deque
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.runtime.arrays import Array, Index
+
+KNOWN = 4
+_Contact = TypeVar("_Contact")
+_Found = TypeVar("_Found")
+
+
+class Recent(Generic[_Contact, _Found]):
+    """Cache of `found(contact)` for the last few contacts; a contact is one object per rank."""
+
+    def __init__(
+        self, found: Callable[[_Contact], _Found], comm: MPI.Comm, known: int = KNOWN
+    ) -> None:
+        """found: computes the data, may be collective; known: number of contacts kept."""
+        self._find, self._comm = found, comm
+        self._known: deque[tuple[_Contact, _Found]] = deque(maxlen=known)
+
+    def of(self, contact: _Contact) -> _Found:
+        """Data of the `contact`, from the cache if all ranks have it there. Collective."""
+        places = [number for number, (one, _) in enumerate(self._known) if one is contact]
+        here = places[0] if places else -1
+        if self._comm.size > 1:
+            ends = np.array([here, -here])
+            self._comm.Allreduce(MPI.IN_PLACE, ends, op=MPI.MIN)
+            here = here if ends[0] == -ends[1] else -1
+        if here >= 0:
+            return self._known[here][1]
+        found = self._find(contact)
+        self._known.append((contact, found))
+        return found
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,7 +16,7 @@ from iceslide_fem.mesh.named_cells import MeshFile
 from iceslide_fem.mesh.soundness import Fault, place
 from iceslide_fem.mesh.tagged import IntArray, TaggedMesh, among
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.scene.companions import companions
+from iceslide_fem.scene.input_file import companions
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "inch": 0.0254}  # of coordinates, in m
 LARGEST_FILE = 1_000_000_000  # bytes

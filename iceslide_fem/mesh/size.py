@@ -9,7 +9,7 @@ from iceslide_fem.mesh.ice import ice_shape, window_lines
 from iceslide_fem.mesh.ice_body import ice_nodes
 from iceslide_fem.mesh.rubber import block_shape, divisions
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.runtime.machine import memory_of_machine
+from iceslide_fem.runtime.launch import memory_of_machine
 from iceslide_fem.scene import Scene
 
 # Bytes, measured by scripts.studies.accuracy_cost

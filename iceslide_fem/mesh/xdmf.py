@@ -15,7 +15,7 @@ import numpy as np
 from iceslide_fem.mesh.named_cells import FIRST_ORDER, Block, MeshFile, NamedCells, tagged_mesh
 from iceslide_fem.mesh.tagged import TaggedMesh
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.scene.companions import companions
+from iceslide_fem.scene.input_file import companions
 
 _FACETS = {2: "line", 3: "triangle", 4: "quadrilateral"}
 # From DOLFINx's order of corners to one around a face.

@@ -6,11 +6,27 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import meshio
 import numpy as np
 
 from iceslide_fem.output.grids import Grid
-from iceslide_fem.output.vtu import write_vtu
-from iceslide_fem.runtime.files import replace_end, replace_file, writing
+from iceslide_fem.runtime.files import replace_end, replace_file, replacing, writing
+
+
+def write_vtu(path: Path, grid: Grid) -> None:
+    """Write a grid to `path` atomically: single precision values, double precision points.
+
+    Raises OutputError.
+    """
+    mesh = meshio.Mesh(
+        grid.points,
+        [(grid.kind, grid.cells)],
+        {name: values.astype(np.float32) for name, values in grid.point_data.items()},
+        {name: [values.astype(np.float32)] for name, values in grid.cell_data.items()},
+    )
+    with replacing(path) as temporary:
+        meshio.vtu.write(temporary, mesh)
+
 
 _FIRST = b'<?xml version="1.0"?>\n<VTKFile type="Collection" version="1.0">\n  <Collection>\n'
 _LAST = b"  </Collection>\n</VTKFile>\n"

@@ -13,9 +13,8 @@ from iceslide_fem.scene.command_options import as_number
 from iceslide_fem.scene.messages import first_sentence
 from iceslide_fem.scene.relaxation import read_arms
 from iceslide_fem.scene.rubber import Rubber
-from iceslide_fem.scene.table import Table
 from iceslide_fem.scene.toml import read_scene
-from iceslide_fem.scene.units import Quantity
+from iceslide_fem.scene.units import Quantity, Table
 
 TEMPERATURE = Quantity("K", "-150 degC", "200 degC")
 MOST_VALUES = 6

@@ -19,8 +19,8 @@ from iceslide_fem.relaxation.dma_columns import (
     Kind,
     moduli_columns,
     names_kind,
+    of_one_strain,
 )
-from iceslide_fem.relaxation.dma_strain import of_one_strain
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.tables.cells import TextTable
 from iceslide_fem.runtime.tables.columns import Wanted, column_unit, find_columns, places

@@ -10,9 +10,9 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from iceslide_fem.relaxation.compound import Relaxation
 from iceslide_fem.relaxation.dma import Dma, read_dma
 from iceslide_fem.relaxation.master_curve import arrhenius, free, shifts, wlf
+from iceslide_fem.relaxation.prony import Relaxation
 from iceslide_fem.relaxation.prony_fit import MOST_ARMS, fit
 from iceslide_fem.relaxation.shift import AnyShift, NoShift, Shift, ShiftTable
 from iceslide_fem.runtime.arrays import Array

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from iceslide_fem.relaxation.compound import Relaxation
 from iceslide_fem.relaxation.dma_fit import Characterised
+from iceslide_fem.relaxation.prony import Relaxation
 from iceslide_fem.relaxation.prony_fit import fine_grid, spectrum
 from iceslide_fem.relaxation.shift import NoShift
 from iceslide_fem.runtime.arrays import Array

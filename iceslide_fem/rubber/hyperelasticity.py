@@ -10,7 +10,7 @@ from scipy.sparse import csr_matrix
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
 from iceslide_fem.mesh.gmsh_model import DistributedMesh
-from iceslide_fem.relaxation.compound import Relaxation
+from iceslide_fem.relaxation.prony import Relaxation
 from iceslide_fem.rubber.element import DEGREE, Energy, kinds_of_cells, stored_energy
 from iceslide_fem.rubber.plate_contact import PlateContact
 from iceslide_fem.rubber.self_contact import SelfContact

@@ -32,16 +32,14 @@ from iceslide_fem.fenics.compat import PETSc
 from iceslide_fem.rubber.contact_surface import FACET_OF, contact_surface, space_degree
 from iceslide_fem.rubber.facing import Facets, FacingWalls, Pressing
 from iceslide_fem.rubber.self_contact_friction import (
+    Sticking,
     StickPoints,
+    friction_stiffness,
     no_stick_points,
+    pressing_stiffness,
     slip,
     stretch,
     tractions,
-)
-from iceslide_fem.rubber.self_contact_stiffness import (
-    Sticking,
-    friction_stiffness,
-    pressing_stiffness,
 )
 from iceslide_fem.runtime.arrays import Array, Index
 

@@ -9,6 +9,7 @@ contact stiffness; the coupling of friction to pressure is in the changes only.
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -28,9 +29,30 @@ from iceslide_fem.rubber.contact_nodes import RESULTANT, ContactNodes
 from iceslide_fem.rubber.contact_surface import ContactSurface
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 from iceslide_fem.rubber.responses import Responses
-from iceslide_fem.rubber.rigid_modes import rigid_modes
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import NotConverged
+
+
+def rigid_modes(rubber: HyperelasticBody) -> PETSc.NullSpace:
+    """The orthonormal rigid motions of `rubber`: three in a slice, six in a block. Collective."""
+    dim, comm = rubber.mesh.geometry.dim, rubber.mesh.comm
+    n_owned = rubber.space.dofmap.index_map.size_local
+    x = rubber.space.tabulate_dof_coordinates()[:n_owned, :dim]
+    motions = [np.eye(dim)[axis] * np.ones_like(x) for axis in range(dim)]
+    for one, other in itertools.combinations(range(dim), 2):
+        turning = np.zeros_like(x)
+        turning[:, one], turning[:, other] = -x[:, other], x[:, one]
+        motions.append(turning)
+    modes: list[PETSc.Vec] = []
+    for motion in motions:
+        mode = rubber.create_vector()
+        mode.array[:] = motion.ravel()
+        for before in modes:
+            mode.axpy(-mode.dot(before), before)
+        mode.normalize()
+        modes.append(mode)
+    return PETSc.NullSpace().create(vectors=modes, comm=comm)
+
 
 # Relative residual of the contact part in a change. A smaller one does not help Newton's method,
 # because the rubber's part of the tangent is an old one.

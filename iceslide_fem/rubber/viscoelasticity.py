@@ -24,8 +24,7 @@ import numpy as np
 
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, fem, ufl
-from iceslide_fem.relaxation.compound import Relaxation
-from iceslide_fem.relaxation.prony import delayed, mean_response
+from iceslide_fem.relaxation.prony import Relaxation, delayed, mean_response
 from iceslide_fem.rubber.element import (
     QUADRATURE_DEGREE,
     SIX,

@@ -16,20 +16,19 @@ from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.fenics.garbage import freed_at_end
 from iceslide_fem.heat.linear import check_options
 from iceslide_fem.output.history import law_columns, preload_row, slide_row
-from iceslide_fem.output.log import Log
-from iceslide_fem.output.passes import PASS, PassRow
 from iceslide_fem.output.probes import ProbeRow, Probes
-from iceslide_fem.output.summary import notify_next_run
+from iceslide_fem.output.summary import Log, notify_next_run
 from iceslide_fem.output.table import (
+    PASS,
     HistoryRow,
+    PassRow,
     PreloadRow,
     Table,
     columns_of,
     row_type,
     size_of_rows,
 )
-from iceslide_fem.rubber.block import Block
-from iceslide_fem.rubber.build import build_block
+from iceslide_fem.rubber.block import Block, build_block
 from iceslide_fem.rubber.press import PathPoint, press, start_sliding
 from iceslide_fem.runs.checkpoint import (
     GOES_ON,
@@ -39,20 +38,19 @@ from iceslide_fem.runs.checkpoint import (
     trusted,
     write_checkpoint,
 )
-from iceslide_fem.runs.interruption import Interruption
 from iceslide_fem.runs.observation import Observation, Observer
 from iceslide_fem.runs.observers import (
     Checkpoints,
     FieldSeries,
+    PassSeries,
     ProbeSeries,
+    Progress,
     Stops,
     Tell,
     Watch,
 )
 from iceslide_fem.runs.pace import Pace, TimeLimit
-from iceslide_fem.runs.pass_series import PassSeries
-from iceslide_fem.runs.progress import Progress
-from iceslide_fem.runs.schedule import Schedule
+from iceslide_fem.runs.schedule import Interruption, Schedule
 from iceslide_fem.runs.summary import Results
 from iceslide_fem.runtime.errors import Interrupted, OutputError, SceneError, SimulationStopped
 from iceslide_fem.runtime.folders import clear_results

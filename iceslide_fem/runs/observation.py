@@ -6,8 +6,7 @@ from typing import NamedTuple, Protocol
 
 from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.coupling.state import AcceptedStep
-from iceslide_fem.output.passes import of_pass
-from iceslide_fem.output.table import HistoryRow
+from iceslide_fem.output.table import HistoryRow, of_pass
 
 
 class Observation(NamedTuple):

@@ -5,6 +5,7 @@ All are collective. They do not change the simulation.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -12,17 +13,99 @@ from typing import Any, NamedTuple
 from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.output.block_fields import BlockFields
 from iceslide_fem.output.fields import Fields
-from iceslide_fem.output.log import Log
 from iceslide_fem.output.probes import Probes
-from iceslide_fem.output.table import Table
+from iceslide_fem.output.summary import Log
+from iceslide_fem.output.table import PassRow, Table
 from iceslide_fem.runs.checkpoint import write_checkpoint
-from iceslide_fem.runs.interruption import Interruption
 from iceslide_fem.runs.observation import Observation
 from iceslide_fem.runs.pace import TimeLimit
-from iceslide_fem.runs.progress import Progress
-from iceslide_fem.runs.schedule import FieldTimes, Saves, Schedule
+from iceslide_fem.runs.schedule import FieldTimes, Interruption, Saves, Schedule
 from iceslide_fem.runs.summary import Results
 from iceslide_fem.runtime.errors import SimulationStopped
+from iceslide_fem.runtime.progress import LongTask
+from iceslide_fem.scene.load import Load
+
+
+class Progress(LongTask):
+    """Context manager that shows the progress of a run of `total_time` (s, simulated).
+
+    Only rank 0 shows it. Under mpirun standard error is no terminal, so lines are printed.
+    """
+
+    def __init__(self, comm_rank: int, total_time: float) -> None:
+        super().__init__(total_time, comm_rank == 0)
+
+    def __call__(self, step: Observation) -> None:
+        """Show t = 0 or an accepted step of sliding."""
+        row = step.row
+        self.update(row.time_s, row.mu, row.step_s, row.newton_iterations, "sliding")
+
+    def update(self, time: float, mu: float, step: float, newton: int, text: str = "") -> None:
+        """Show an accepted step: its end `time` and length `step` (s), friction coefficient `mu`,
+        number of `newton` iterations, and `text` such as the name of the phase.
+        """
+        where = f"t = {1e3 * time:.3f} of {1e3 * self.total:g} ms"
+        words = f"mu {mu:.3f}", f"step {1e3 * step:.3g} ms", f"{newton} Newton", text
+        self.show(time, where, *words)
+
+
+class PassSeries:
+    """A row for each pass, at its end."""
+
+    def __init__(
+        self, table: Table | None, load: Load, results: Results, earlier: dict[str, Any]
+    ) -> None:
+        """table: None for one pass; results: receive the means; earlier: `state` to continue, or
+        empty.
+        """
+        self._table, self._load, self._results = table, load, results
+        self._now: dict[str, Any] = {"written": 0} | earlier
+
+    def state(self) -> dict[str, Any]:
+        """Sums of the present pass, and number of rows written."""
+        return dict(self._now)
+
+    def __call__(self, step: Observation) -> None:
+        """Add an observation; write a row at the end of a pass."""
+        if self._table is None:
+            return
+        now, row, number = self._now, step.row, step.sliding.number
+        begins = (number - 1) * self._load.duration
+        if step.accepted is None:
+            now |= {
+                "surface": row.surface_temperature_C, "time": row.time_s, "mu": row.mu,
+                "sum": 0.0, "peak": row.mu, "onset": math.nan, "steps": 0, "rejected": 0,
+            }  # fmt: skip
+            return
+        now["sum"] += 0.5 * (row.mu + now["mu"]) * (row.time_s - now["time"])
+        now["peak"], now["steps"] = max(now["peak"], row.mu), now["steps"] + 1
+        now["time"], now["mu"] = row.time_s, row.mu
+        now["rejected"] += step.accepted.rejected
+        if math.isnan(now["onset"]) and row.melted_fraction > 0.0:
+            now["onset"] = row.time_s - begins
+        if row.time_s < begins + self._load.duration:
+            return
+        self._table.row(
+            PassRow(
+                number,
+                begins + (number - 1) * self._load.rest,
+                now["sum"] / self._load.duration,
+                now["peak"],
+                row.mu,
+                now["onset"],
+                now["surface"],
+                row.surface_temperature_C,
+                math.nan,
+                row.film_height_m,
+                row.squeezed_height_m,
+                row.friction_work_J,
+                now["steps"],
+                now["rejected"],
+            )
+        )
+        now["written"] += 1
+        self._results.passes, self._results.last_pass = number, now["sum"] / self._load.duration
+
 
 # Is given a row that has been written; whether the run should go on (None: yes).
 Tell = Callable[[Mapping[str, Any]], bool | None]

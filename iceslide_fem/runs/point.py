@@ -19,12 +19,9 @@ from iceslide_fem.film.point import Conditions, PointResult, ice_below
 from iceslide_fem.laws.aged_film import AgedFilm
 from iceslide_fem.laws.interface_law import InterfaceLaw
 from iceslide_fem.laws.table import law_of
-from iceslide_fem.output.passes import PassRow
-from iceslide_fem.output.table import HistoryRow
-from iceslide_fem.runs.law_pass import law_pass
-from iceslide_fem.runs.passing_point import block_rows, mean_summary
-from iceslide_fem.runs.point_pass import one_pass
-from iceslide_fem.runs.point_passes import passes_history
+from iceslide_fem.output.table import HistoryRow, PassRow
+from iceslide_fem.runs.point_pass import law_pass, one_pass
+from iceslide_fem.runs.point_passes import block_rows, mean_summary, passes_history
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene import Scene
 

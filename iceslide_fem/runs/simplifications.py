@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem.film.aged_loading import AgedLoading
+from iceslide_fem.film.aged_loads import AgedLoading
 from iceslide_fem.film.contact_age import contact_age
 from iceslide_fem.film.point import Conditions, ice_below, simulate
 from iceslide_fem.film.point_conditions import RANGES

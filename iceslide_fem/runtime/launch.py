@@ -11,7 +11,27 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any, NoReturn
+
+import psutil
+
+
+def available_cores() -> int:
+    """Number of cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):  # on Linux
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def memory_of_machine() -> float:
+    """Memory available to processes, bytes: that of the machine, or a lower system limit."""
+    memory = float(psutil.virtual_memory().total)
+    try:
+        return min(memory, float(Path("/sys/fs/cgroup/memory.max").read_text()))
+    except (OSError, ValueError):  # no such limit
+        return memory
+
 
 SECONDS_TO_BE_HEARD = 1.0
 # Ctrl-C; what queues send before a time limit or at an end; what a terminal that closes sends.

@@ -7,6 +7,7 @@ sources. Imports `relaxation` and `runtime` only.
 from iceslide_fem.scene.film import Film
 from iceslide_fem.scene.ice import Ice, Water
 from iceslide_fem.scene.load import Load
+from iceslide_fem.scene.messages import scene_from_dict, unit_of
 from iceslide_fem.scene.model import Scene
 from iceslide_fem.scene.numerics import REFINEMENTS, Numerics
 from iceslide_fem.scene.rubber import Rubber
@@ -20,7 +21,6 @@ from iceslide_fem.scene.toml import (
     put,
     read_scene,
 )
-from iceslide_fem.scene.validation import scene_from_dict, unit_of
 
 __all__ = [
     "REFINEMENTS",

@@ -15,7 +15,7 @@ import numpy as np
 import iceslide_fem
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.cases import DATA
-from iceslide_fem.scene.companions import companions
+from iceslide_fem.scene.input_file import companions
 
 LENGTH = 16  # hexadecimal digits
 

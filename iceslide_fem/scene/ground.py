@@ -6,8 +6,7 @@ from typing import Annotated, Any, Protocol
 
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene.materials import Layer, Solid
-from iceslide_fem.scene.table import Name, Table
-from iceslide_fem.scene.units import Quantity
+from iceslide_fem.scene.units import Name, Quantity, Table
 
 ICE = "ice"  # name of the ice region of a mesh
 

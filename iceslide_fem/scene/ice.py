@@ -23,8 +23,7 @@ from iceslide_fem.scene.materials import (
     ViscosityTable,
 )
 from iceslide_fem.scene.rows import Rows, RowsOf
-from iceslide_fem.scene.table import Table
-from iceslide_fem.scene.units import Quantity
+from iceslide_fem.scene.units import Quantity, Table
 
 WARMEST = 1e-3  # K below its melting temperature
 VISCOSITY = RowsOf(

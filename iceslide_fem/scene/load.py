@@ -9,8 +9,7 @@ from pydantic import Field, field_validator, model_validator
 
 from iceslide_fem.scene.course import Course
 from iceslide_fem.scene.rows import Rows, RowsOf
-from iceslide_fem.scene.table import Table
-from iceslide_fem.scene.units import Quantity
+from iceslide_fem.scene.units import Quantity, Table
 
 TIME = Quantity("s", "0 s", "1000 s")
 PRESSURE = RowsOf("time", TIME, Quantity("Pa", "0.01 bar", "100 bar"), "0.01 bar")

@@ -14,20 +14,17 @@ from numpy.typing import ArrayLike
 from pydantic import model_validator
 
 from iceslide_fem.runtime.arrays import Array
-from iceslide_fem.scene.contact_file import read_contact_table
-from iceslide_fem.scene.contact_table import ConstantContact, ContactTable
+from iceslide_fem.scene.contact_table import ConstantContact, ContactTable, read_contact_table
 from iceslide_fem.scene.contradictions import check_contradictions
-from iceslide_fem.scene.film import Film
-from iceslide_fem.scene.friction import Friction
+from iceslide_fem.scene.fields import html_table
+from iceslide_fem.scene.film import Film, Friction
 from iceslide_fem.scene.ice import Ice, Water
 from iceslide_fem.scene.load import Load
 from iceslide_fem.scene.materials import BAR, COMPOUNDS, CONTACT_TABLES, MooneyRivlin
-from iceslide_fem.scene.numerics import Numerics
-from iceslide_fem.scene.output import Output
+from iceslide_fem.scene.numerics import Numerics, Output
 from iceslide_fem.scene.rubber import Rubber, check_bulk
 from iceslide_fem.scene.shear_strength import ShearStrength
-from iceslide_fem.scene.shown import html_table
-from iceslide_fem.scene.table import Name, Table
+from iceslide_fem.scene.units import Name, Table
 
 FILE_KEYS = (
     ("rubber", "mesh"),

@@ -11,8 +11,7 @@ from pydantic_core import PydanticCustomError
 
 from iceslide_fem.relaxation.prony import Prony
 from iceslide_fem.relaxation.shift import Shift, ShiftTable
-from iceslide_fem.scene.table import Table
-from iceslide_fem.scene.units import Quantity
+from iceslide_fem.scene.units import Quantity, Table
 
 MOST_ARMS = 60
 FRACTION = Quantity("", "1e-9", "0.999999")

@@ -15,8 +15,8 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
-from iceslide_fem.relaxation.compound import Relaxation
 from iceslide_fem.relaxation.dma_fit import Characterised, measured_in
+from iceslide_fem.relaxation.prony import Relaxation
 from iceslide_fem.relaxation.shift import NoShift, Shift, ShiftTable
 from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.materials import (
@@ -38,8 +38,7 @@ from iceslide_fem.scene.shape import (
     check_shape,
     evenly_spaced,
 )
-from iceslide_fem.scene.table import Table
-from iceslide_fem.scene.units import Quantity
+from iceslide_fem.scene.units import Quantity, Table
 
 LEAST_INSTANTANEOUS_NU = 0.3  # for viscoelastic rubber
 Length = Annotated[float, Quantity("m", "10 um", "1 m")]

@@ -8,8 +8,7 @@ from typing import Annotated, Any, Literal, Protocol, Self
 
 from pydantic import Discriminator, Tag, model_validator
 
-from iceslide_fem.scene.table import Table
-from iceslide_fem.scene.units import Quantity
+from iceslide_fem.scene.units import Quantity, Table
 
 Position = Annotated[float, Quantity("m", "-0.5 m", "0.5 m")]
 Size = Annotated[float, Quantity("m", "10 um", "1 m")]

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from iceslide_fem.scene.film import Film
-from iceslide_fem.scene.friction import Friction
+from iceslide_fem.scene.film import Film, Friction
 from iceslide_fem.scene.ice import Ice, Water
 from iceslide_fem.scene.load import Load
-from iceslide_fem.scene.numerics import Numerics
-from iceslide_fem.scene.output import Output
+from iceslide_fem.scene.numerics import Numerics, Output
 from iceslide_fem.scene.rubber import Rubber
 
 

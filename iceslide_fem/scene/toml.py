@@ -11,10 +11,9 @@ from typing import Any
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.fields import leaves, quantity_of
 from iceslide_fem.scene.input_file import read_text
-from iceslide_fem.scene.messages import shortened
+from iceslide_fem.scene.messages import scene_from_dict, shortened
 from iceslide_fem.scene.model import FILE_KEYS, Scene
 from iceslide_fem.scene.rows import RowsOf, names_a_file
-from iceslide_fem.scene.validation import scene_from_dict
 
 DEEPEST = 8  # levels of nesting; a scene has two
 # Table and key of rows, which may be in a file.

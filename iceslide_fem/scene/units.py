@@ -3,13 +3,56 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import GetCoreSchemaHandler
+from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, StringConstraints
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from iceslide_fem.runtime.units import to_si
+
+
+def read_range(text: str) -> tuple[str, str, int]:
+    """The ends and the count of "first:last:count".
+
+    Raises ValueError if it has another form, or one value between two different ends: it is then
+    more likely first:step:last.
+    """
+    try:
+        first, last, count = (part.strip() for part in text.split(":"))
+        number = int(count)
+    except ValueError:
+        raise ValueError("is not of the form first:last:count with a whole count") from None
+    if number == 1 and first != last:
+        raise ValueError(
+            f"is one value from {first} to {last}, because a range is first:last:count; write "
+            f'"{first}" for one value{_by_steps(first, last, number)}'
+        )
+    return first, last, number
+
+
+def _by_steps(first: str, step: str, last: int) -> str:
+    """The range that first:step:last means, as an alternative; "" if it means none."""
+    try:
+        steps = (last - float(first)) / float(step)
+    except (ValueError, ZeroDivisionError):
+        return ""
+    if not (1.0 <= steps < math.inf and abs(steps - round(steps)) < 1e-6):
+        return ""
+    return f', or "{first}:{last}:{round(steps) + 1}" for {first} to {last} in steps of {step}'
+
+
+Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,99}$", strict=True)]
+
+
+class Table(BaseModel):
+    """A table of a scene: frozen, without unknown keys, hashable."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    def __hash__(self) -> int:
+        return hash(self.model_dump_json())  # a table within may be a dictionary
 
 
 @dataclass(frozen=True)

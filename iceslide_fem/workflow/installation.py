@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 from iceslide_fem.fenics.cache import cache_folder
 from iceslide_fem.runtime.errors import IceslideError
-from iceslide_fem.runtime.machine import available_cores
+from iceslide_fem.runtime.launch import available_cores
 
 OLDEST_PYTHON = (3, 11)
 SECONDS = 120.0  # time limit of a process that checks one library

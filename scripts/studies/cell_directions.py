@@ -93,11 +93,11 @@ def of_points(scene: Scene, rule: tuple[int, int], fine: Known) -> Iterator[obje
 @contextmanager
 def points(rule: tuple[int, int]) -> Iterator[int]:
     """Points by the degrees of a `rule` on so many pieces of a facet."""
-    from iceslide_fem.rubber import contact_points  # starts MPI, after which no mpirun runs
+    from iceslide_fem.rubber import contact  # starts MPI, after which no mpirun runs
 
     along, across = rule
-    with patch.multiple(contact_points, FACET_DEGREE=along, ACROSS_DEGREE=across):
-        yield contact_points.FACET_PIECES
+    with patch.multiple(contact, FACET_DEGREE=along, ACROSS_DEGREE=across):
+        yield contact.FACET_PIECES
 
 
 def known_of(scene: Scene, rule: tuple[int, int]) -> Known:

@@ -27,7 +27,7 @@ from scipy.optimize import least_squares
 from iceslide_fem.film.point import Conditions, PointResult, simulate
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.units import ZERO_CELSIUS
-from iceslide_fem.scene.contact_file import read_contact_table
+from iceslide_fem.scene.contact_table import read_contact_table
 from iceslide_fem.scene.materials import BAR
 from iceslide_fem.scene.shear_strength import ShearStrength
 from scripts.studies.common import ROOT, options, table

@@ -20,8 +20,8 @@ from iceslide_fem import reference
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.passes import Passes, column_for, frozen, next_start, simulate_passes
 from iceslide_fem.film.point_conditions import Conditions
-from iceslide_fem.output.passes import PassRow
-from iceslide_fem.postprocess.results.style import BLUE, GREEN, ORANGE, PURPLE
+from iceslide_fem.output.table import PassRow
+from iceslide_fem.postprocess.results.quantities import BLUE, GREEN, ORANGE, PURPLE
 from iceslide_fem.runs.point import point_history
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import BOTTOMLESS, MELTING_TEMPERATURE

@@ -32,7 +32,7 @@ from typing import Any, NamedTuple
 
 import psutil
 
-from iceslide_fem.coupling.limits import LIMITS
+from iceslide_fem.coupling.step_error import LIMITS
 from iceslide_fem.runtime.errors import SceneError, SimulationStopped
 from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.scene.toml import parsed, put

@@ -17,7 +17,7 @@ import numpy as np
 
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.point import Conditions, simulate
-from iceslide_fem.interface.heat_models import CONDENSED
+from iceslide_fem.interface.build import CONDENSED
 from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.scene.materials import (
     CONTACT_TABLES,

@@ -16,9 +16,8 @@ from typing import Any
 import numpy as np
 
 from iceslide_fem.fenics.compat import MPI, PETSc
-from iceslide_fem.rubber.build import build_block
-from iceslide_fem.rubber.equilibrium import CONTACT, Equilibrium
-from iceslide_fem.rubber.loaded_block import LoadedBlock, TractionLaw
+from iceslide_fem.rubber.block import build_block
+from iceslide_fem.rubber.loaded_block import CONTACT, Equilibrium, LoadedBlock, TractionLaw
 from iceslide_fem.rubber.newton import MAX_ITERATIONS, Solution
 from iceslide_fem.runtime.errors import NotConverged, SimulationStopped
 from iceslide_fem.scene import Scene

@@ -29,8 +29,7 @@ from iceslide_fem.mesh.grid import tensor_grid
 from iceslide_fem.mesh.profile import CONTACT_HEIGHT
 from iceslide_fem.mesh.tagged import TaggedMesh
 from iceslide_fem.rubber.block import Block
-from iceslide_fem.rubber.contact import default_penalty
-from iceslide_fem.rubber.contact_points import contact_points
+from iceslide_fem.rubber.contact import contact_points, default_penalty
 from iceslide_fem.rubber.element import (
     DEGREE,
     QUADRATURE_DEGREE,
@@ -43,8 +42,8 @@ from iceslide_fem.rubber.element import (
     stored_energy,
     volumetric_energy,
 )
-from iceslide_fem.rubber.equilibrium import Equilibrium
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
+from iceslide_fem.rubber.loaded_block import Equilibrium
 from iceslide_fem.rubber.press import PathPoint, press
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SimulationStopped

@@ -19,8 +19,7 @@ import numpy as np
 
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.mesh.rubber import rubber_mesh
-from iceslide_fem.relaxation.compound import Relaxation
-from iceslide_fem.relaxation.prony import Prony
+from iceslide_fem.relaxation.prony import Prony, Relaxation
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import COMPOUNDS

@@ -58,7 +58,7 @@ class Outputs(NamedTuple):
         with tempfile.TemporaryDirectory() as folder:
             try:
                 silently(
-                    on_ranks([*self.words, "--out", folder, "--force", "--no-report"], self.ranks),
+                    on_ranks([*self.words, "--out", folder, "--force"], self.ranks),
                     stderr=PIPE,
                 )
             except CalledProcessError as error:
@@ -88,7 +88,7 @@ def case_outputs(quick: bool) -> Iterator[Outputs]:
             models = ("point",) if case(name).model == "point" else ("slice", "block")
             for model in models[:1] if quick else models:
                 changes = ("--set", f"model={model}", "--set", "numerics.tolerance=1e-2", *moment)
-                words = iceslide_words("run", f"cases/{name}.toml", *changes)
+                words = iceslide_words("run", f"cases/{name}.toml", *changes, "--no-report")
                 yield Outputs(f"{name}_{model}", words, ranks)
 
 

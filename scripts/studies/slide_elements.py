@@ -15,7 +15,7 @@ import numpy as np
 
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.fenics.start import start_petsc
-from iceslide_fem.rubber.build import build_block
+from iceslide_fem.rubber.block import build_block
 from iceslide_fem.rubber.element import QUADRATURE_DEGREE, Energy, stored_energy
 from iceslide_fem.rubber.press import press
 from scripts.studies.blocks import Slide, slid

@@ -11,10 +11,9 @@ from typing import Any
 
 from iceslide_fem.preprocess.footprint.case import FootprintCase
 from iceslide_fem.preprocess.footprint.reading import read_footprint
-from iceslide_fem.preprocess.footprint.summary import summary
-from iceslide_fem.preprocess.footprint.survey import survey
+from iceslide_fem.preprocess.footprint.survey import summary, survey
 from iceslide_fem.preprocess.wheel.case import WheelCase
-from iceslide_fem.preprocess.wheel.curve import Curve, curves
+from iceslide_fem.preprocess.wheel.friction import Curve, curves
 from scripts.studies.common import ROOT, options, table
 
 GIVEN = {

@@ -18,11 +18,9 @@ from numpy.typing import ArrayLike
 from iceslide_fem.preprocess.footprint.film_options import FilmOptions
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.wheel.block_shear import block_stiffness
-from iceslide_fem.preprocess.wheel.brush import Ends, ends_of, tractions
+from iceslide_fem.preprocess.wheel.brush import Ends, Pattern, Rolling, ends_of, tractions
 from iceslide_fem.preprocess.wheel.contact import FilmContact
 from iceslide_fem.preprocess.wheel.friction import Tread, friction
-from iceslide_fem.preprocess.wheel.pattern import Pattern
-from iceslide_fem.preprocess.wheel.rolling import Rolling
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene.materials import BAR, COMPOUNDS

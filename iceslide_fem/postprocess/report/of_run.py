@@ -8,7 +8,7 @@ from pathlib import Path
 
 from iceslide_fem.output.summary import word_of
 from iceslide_fem.postprocess.report.curves import QUANTITIES, TIME
-from iceslide_fem.postprocess.report.fields import fields_of
+from iceslide_fem.postprocess.report.field_drawings import fields_of
 from iceslide_fem.postprocess.report.page import Cell, Chart, Curve, Page, Section, Table, Text
 from iceslide_fem.postprocess.report.pass_charts import charts_of_run
 from iceslide_fem.postprocess.report.words import (

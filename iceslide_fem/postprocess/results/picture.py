@@ -16,10 +16,15 @@ from numpy.typing import NDArray
 
 from iceslide_fem.postprocess.results import Run
 from iceslide_fem.postprocess.results.quantities import (
+    BLUE,
     CONTACT,
+    EDGES,
     FILM,
+    ICE,
     MISES,
+    NO_CONTACT,
     PRESSURE,
+    RED,
     ROBUST,
     STRESS,
     SURFACE,
@@ -32,7 +37,6 @@ from iceslide_fem.postprocess.results.snapshots import (
     read_interface,
     read_mises,
 )
-from iceslide_fem.postprocess.results.style import BLUE, EDGES, ICE, NO_CONTACT, RED
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 
 SIZE, DPI = (12.8, 9.6), 100  # inches; their pixels divide by 16, as video needs it

@@ -24,8 +24,7 @@ from iceslide_fem.preprocess.footprint.charts import (
 from iceslide_fem.preprocess.footprint.macroscopic import Edges
 from iceslide_fem.preprocess.footprint.map_file import read_maps, write_maps
 from iceslide_fem.preprocess.footprint.reading import read_footprint
-from iceslide_fem.preprocess.footprint.summary import MODELS, summary
-from iceslide_fem.preprocess.footprint.survey import Survey, survey
+from iceslide_fem.preprocess.footprint.survey import MODELS, Survey, summary, survey
 from iceslide_fem.preprocess.work import Charts, Preprocessor, Words, csv_text
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.files import replace_file

@@ -17,17 +17,21 @@ from iceslide_fem.preprocess.footprint.option_values import (
     SolidText,
     ViscosityText,
 )
-from iceslide_fem.preprocess.footprint.ride import FIRST_HEIGHT, Ride
-from iceslide_fem.preprocess.footprint.wet_ice import WetIce
+from iceslide_fem.preprocess.footprint.ride import FIRST_HEIGHT, Ride, WetIce
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import Scene, load_scene
 from iceslide_fem.scene.command_options import CommandOptions, Number, option, option_name
-from iceslide_fem.scene.contact_file import read_contact_table
-from iceslide_fem.scene.contact_table import ContactTable
-from iceslide_fem.scene.dry_shear import DRY_STRESS, RESIDUAL, SOFTENING, USUAL_RESIDUAL, DryShear
+from iceslide_fem.scene.contact_table import ContactTable, read_contact_table
 from iceslide_fem.scene.ice import VISCOSITY, WARMEST, viscosity_table
 from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.materials import CONTACT_TABLES, ICE, WATER_VISCOSITY, Solid, ViscosityTable
+from iceslide_fem.scene.shear_strength import (
+    DRY_STRESS,
+    RESIDUAL,
+    SOFTENING,
+    USUAL_RESIDUAL,
+    DryShear,
+)
 from iceslide_fem.scene.units import Quantity
 
 

@@ -10,9 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from iceslide_fem.preprocess.footprint.film_map import film_map
 from iceslide_fem.preprocess.footprint.macroscopic import HeatModel, Macroscopic, heat_model
-from iceslide_fem.preprocess.footprint.passing import FilmMap
+from iceslide_fem.preprocess.footprint.passing import FilmMap, film_map
 from iceslide_fem.preprocess.footprint.pressure_map import GaussianLine, PressureMap
 from iceslide_fem.preprocess.footprint.ride import FIRST_HEIGHT, Ride
 from iceslide_fem.runtime.arrays import Array

@@ -10,8 +10,12 @@ import numpy as np
 
 from iceslide_fem.preprocess.footprint.line import LINE_PIXELS
 from iceslide_fem.preprocess.footprint.macroscopic import States
-from iceslide_fem.preprocess.footprint.maps import check_states, check_temperatures
-from iceslide_fem.preprocess.footprint.pressures import check_pressures, pressure_unit
+from iceslide_fem.preprocess.footprint.maps import (
+    check_pressures,
+    check_states,
+    check_temperatures,
+    pressure_unit,
+)
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.tables.cells import TextTable
 from iceslide_fem.runtime.tables.columns import (

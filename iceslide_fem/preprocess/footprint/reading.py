@@ -11,7 +11,13 @@ import numpy as np
 from iceslide_fem.preprocess.footprint.case import FootprintCase
 from iceslide_fem.preprocess.footprint.line import as_map, gaussian_profile
 from iceslide_fem.preprocess.footprint.macroscopic import State, States
-from iceslide_fem.preprocess.footprint.maps import read_pressures, read_states, read_temperatures
+from iceslide_fem.preprocess.footprint.maps import (
+    HIGHEST,
+    check_pressures,
+    read_pressures,
+    read_states,
+    read_temperatures,
+)
 from iceslide_fem.preprocess.footprint.picture import (
     colour,
     cut,
@@ -24,9 +30,8 @@ from iceslide_fem.preprocess.footprint.picture import (
     rotate,
 )
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap, pressure_from_values
-from iceslide_fem.preprocess.footprint.pressures import HIGHEST, check_pressures
 from iceslide_fem.preprocess.footprint.profile import read_profile
-from iceslide_fem.preprocess.footprint.saturation import saturation
+from iceslide_fem.preprocess.footprint.sensor_text import saturation
 from iceslide_fem.preprocess.footprint.source_options import SourceOptions
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.runtime.errors import SceneError

@@ -26,8 +26,7 @@ from iceslide_fem.scene.command_options import (
 )
 from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.materials import YOUNGS_MODULUS
-from iceslide_fem.scene.ranges import read_range
-from iceslide_fem.scene.units import Quantity
+from iceslide_fem.scene.units import Quantity, read_range
 
 # Shortest wave on two pixels of 17.5 um, the source's mesh, as in the published table.
 SOURCE_WAVE = 35e-6

@@ -8,8 +8,7 @@ import numpy as np
 
 from iceslide_fem.preprocess.relaxation_options import rubber_in
 from iceslide_fem.preprocess.roughness.case import RoughnessCase
-from iceslide_fem.relaxation.compound import Relaxation
-from iceslide_fem.relaxation.prony import Prony
+from iceslide_fem.relaxation.prony import Prony, Relaxation
 from iceslide_fem.relaxation.shift import AnyShift, NoShift, Shift
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.units import ZERO_CELSIUS

@@ -17,7 +17,7 @@ from iceslide_fem.preprocess.roughness.surface import (
     statistics,
 )
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.runtime.machine import memory_of_machine
+from iceslide_fem.runtime.launch import memory_of_machine
 
 PIXEL_ROUNDING = 1e-3  # of a pixel's side: rounding in files with few digits
 # Coarser pixels change k and D noticeably.

@@ -13,10 +13,9 @@ from iceslide_fem.preprocess.roughness.instruments import read_instrument_text
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.tables.cells import TextTable, number
 from iceslide_fem.runtime.tables.columns import has_index, units_named
-from iceslide_fem.runtime.tables.grid import grid
+from iceslide_fem.runtime.tables.grid import LARGEST_MAP, grid, read_text
 from iceslide_fem.runtime.tables.layout import parse
 from iceslide_fem.runtime.tables.points import check_places, named_columns, on_grid, points_of
-from iceslide_fem.runtime.tables.text import LARGEST_MAP, read_text
 from iceslide_fem.runtime.units import si_unit, to_si
 
 _VALUE = re.compile(r"\s*([^:=\d]*?)\s*[:=]?\s*([-+0-9.,eE]+)\s*([^\s\d]*)\s*")

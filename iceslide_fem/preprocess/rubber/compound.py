@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from iceslide_fem.preprocess.rubber.case import RubberCase
-from iceslide_fem.relaxation.compound import Relaxation
 from iceslide_fem.relaxation.dma import read_dma
 from iceslide_fem.relaxation.dma_fit import Characterised, characterised
+from iceslide_fem.relaxation.prony import Relaxation
 from iceslide_fem.relaxation.prony_fit import MOST_ARMS
 from iceslide_fem.relaxation.shift import NoShift
 from iceslide_fem.runtime.arrays import Array

@@ -13,15 +13,14 @@ from pydantic import ConfigDict, StrictBool, model_validator
 from iceslide_fem.preprocess.footprint.film_options import FilmOptions
 from iceslide_fem.preprocess.footprint.option_values import Length
 from iceslide_fem.preprocess.footprint.source_options import SourceOptions
+from iceslide_fem.preprocess.wheel.brush import Pattern, Rolling
 from iceslide_fem.preprocess.wheel.option_values import (
     SPEED,
     Slips,
     StiffnessText,
     Varied,
 )
-from iceslide_fem.preprocess.wheel.pattern import Pattern
 from iceslide_fem.preprocess.wheel.quarter_car import GRAVITY, QuarterCar
-from iceslide_fem.preprocess.wheel.rolling import Rolling
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import Scene, load_scene
 from iceslide_fem.scene.command_options import Number, option, option_name, option_names

@@ -13,16 +13,14 @@ import pandas as pd
 from iceslide_fem.postprocess.report.page import Cell, Chart, Table
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.reading import ReadFootprint, read_source
-from iceslide_fem.preprocess.wheel.braking import compare_controls
+from iceslide_fem.preprocess.wheel.block_shear import TreadStiffness, stiffness_of
+from iceslide_fem.preprocess.wheel.braking import Stop, compare_controls
 from iceslide_fem.preprocess.wheel.case import WheelCase
 from iceslide_fem.preprocess.wheel.charts import charts_of
-from iceslide_fem.preprocess.wheel.curve import Curve, curves
-from iceslide_fem.preprocess.wheel.friction import Tread
-from iceslide_fem.preprocess.wheel.law import contact_of_case
+from iceslide_fem.preprocess.wheel.contact import contact_of_case
+from iceslide_fem.preprocess.wheel.friction import Curve, Tread, curves
 from iceslide_fem.preprocess.wheel.output import columns, stop_columns, stop_figures, summary
 from iceslide_fem.preprocess.wheel.slip_table import axes_of_a_stop, slip_table
-from iceslide_fem.preprocess.wheel.stiffness import TreadStiffness, stiffness_of
-from iceslide_fem.preprocess.wheel.stop import Stop
 from iceslide_fem.preprocess.work import Preprocessor, Words, csv_text
 from iceslide_fem.runtime.files import replace_file
 from iceslide_fem.runtime.progress import LongTask

@@ -2,20 +2,31 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from iceslide_fem.film.contact_age import contact_age
+from iceslide_fem.film.ice_heat import Column
+from iceslide_fem.film.integrators import InterfaceState, Step, advance
 from iceslide_fem.film.limiting_shear import shearing
 from iceslide_fem.film.loads import film_loads
-from iceslide_fem.preprocess.footprint.film_map import film_map
-from iceslide_fem.preprocess.footprint.passing import FilmMap
+from iceslide_fem.film.rubber_heat import INSULATED
+from iceslide_fem.film.runge_kutta import INTEGRATORS
+from iceslide_fem.film.step_control import step_factor
+from iceslide_fem.laws.interface_law import InterfaceLaw
+from iceslide_fem.laws.table import law_of
+from iceslide_fem.preprocess.footprint.passing import FilmMap, film_map
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.ride import Ride
-from iceslide_fem.preprocess.wheel.brush import Ends
+from iceslide_fem.preprocess.wheel.brush import Ends, ends_of
+from iceslide_fem.preprocess.wheel.case import WheelCase
 from iceslide_fem.runtime.arrays import Array, Mask
+from iceslide_fem.runtime.errors import NotConverged, SceneError, SimulationStopped
+from iceslide_fem.scene import Scene, scene_from_dict
 from iceslide_fem.scene.contact_table import ConstantContact, ContactTable
+from iceslide_fem.scene.materials import ICE, Solid
 
 SLOWEST = 1e-6  # m/s, below which the wheel is at rest
 
@@ -96,3 +107,153 @@ class FilmContact:
         films = FilmMap._make(field[:, ::-1] for field in films)
         stress = Ends(films.shear, films.shear)
         return Slid(stress, films.temperature, films.height, films.melting, films.saturated)
+
+
+METHOD = INTEGRATORS["sdirk2"]
+SHORTEST = 1e-9  # of a pixel's time
+
+
+class Passing(NamedTuple):
+    """Lines in one pixel: sliding speed (m/s, 0 at rest), and pressure (Pa) at both ends, (n,)."""
+
+    speed: Array
+    first: Array
+    last: Array
+
+    def at(self, fraction: float) -> Array:
+        """Pressure at a fraction of the pixel, Pa."""
+        return np.asarray(self.first + fraction * (self.last - self.first))
+
+
+@dataclass(frozen=True)
+class LawContact:
+    """Sliding contact under `law` on ice of a temperature (K).
+
+    film_height: initial, for laws with films, m; tolerance: target relative error of mu.
+    """
+
+    law: InterfaceLaw
+    temperature: float
+    solid: Solid = ICE
+    film_height: float = 70e-9
+    tolerance: float = 1e-2
+
+    def fresh(self, pressure: Array, speed: Array) -> Array:
+        """Stress of the law's initial state."""
+        flat, speeds = pressure.ravel(), np.repeat(speed, pressure.shape[1])
+        shear, *_ = self.law.at_start(self.film_height, flat.size)(flat, speeds)
+        return np.where(pressure > 0.0, shear.reshape(pressure.shape), 0.0)
+
+    def slid(self, pressure: Array, dx: float, passing: float, speed: Array) -> Slid:
+        """Each line is one piece of ice that passes pixel after pixel; all have the same steps."""
+        lines, columns = pressure.shape
+        touching, dt = pressure > 0.0, dx / passing
+        temperature = np.full(lines, self.temperature)
+        ice = Column(temperature, columns * dt, solid=self.solid)
+        log_height, squeezed, internal = self.law.initial(self.film_height, lines)
+        heat = ice.initial(lines), INSULATED.initial(lines)
+        state = InterfaceState(log_height, squeezed, *heat, internal)
+        at_ends = ends_of(pressure, touching)
+        stress, found = np.zeros((2, lines, columns)), np.zeros((4, lines, columns))
+        for i in range(columns):
+            here = touching[:, i]
+            pixel = Passing(np.where(here, speed, 0.0), *(end[:, i] for end in at_ends))
+            first = self._stress(state, pixel, 0.0, ice)
+            state, step = self._passed(state, pixel, dt, ice)
+            last = self._stress(state, pixel, 1.0, ice)
+            stress[:, :, i] = np.where(here, [first, last], 0.0)
+            warm = ice.surface_temperature(state.ice)
+            switches = step.last.melting, step.last.saturated
+            found[:, :, i] = warm, self.law.film_height(state), *switches
+        warm, height, melting, saturated = found
+        return Slid(Ends(*stress), warm, height, melting > 0.0, saturated > 0.0)
+
+    def _stress(self, state: InterfaceState, pixel: Passing, fraction: float, ice: Column) -> Array:
+        """Friction stress (Pa) at a fraction of a pixel. Raises SimulationStopped."""
+        shear = self.law.loads(pixel.at(fraction), pixel.speed).shear(state, ice)
+        if self.law.fault:
+            raise SimulationStopped(self.law.fault)
+        return np.asarray(shear)
+
+    def _passed(
+        self, state: InterfaceState, pixel: Passing, dt: float, ice: Column
+    ) -> tuple[InterfaceState, Step]:
+        """State after a pixel that passes in `dt` (s), and the last step. Raises
+        SimulationStopped.
+        """
+        done, trial = 0.0, 1.0
+        scale = np.full(pixel.speed.size, self.solid.melting_temperature - self.temperature)
+        while True:
+            trial = min(trial, 1.0 - done)
+            ends = (
+                self.law.loads(pixel.at(fraction), pixel.speed) for fraction in (done, done + trial)
+            )
+            first, last = ends
+            try:
+                step = advance(state, first, last, trial * dt, ice, METHOD)
+                error = float(last.local_error(step, ice, INSULATED, scale).max())
+            except NotConverged:
+                error = np.inf
+            if self.law.fault:
+                raise SimulationStopped(self.law.fault)
+            error /= METHOD.allowed * self.tolerance
+            following = trial * float(step_factor(error, METHOD.estimate_order))
+            if error <= 1.0:
+                state, done = step.state, done + trial
+                if done >= 1.0:
+                    return state, step
+            elif following < SHORTEST:
+                raise SimulationStopped(
+                    f"the friction law {self.law.name} cannot be advanced below the wheel: even "
+                    f"steps of {following * dt:.2g} s miss the tolerance"
+                )
+            trial = following
+
+
+def contact_of_case(case: WheelCase, length: float) -> SlidingContact:
+    """Sliding contact of one member of a family; length: of the footprint, m.
+
+    Raises SceneError if the scene's law needs features that a wheel does not have.
+    """
+    scene = case.law_scene
+    if scene is None:
+        ride = case.ride_at(case.speed, 0.0)._replace(wet=case.wet_ice(length))
+        return FilmContact(ride, case.contact_table, case.tolerance)
+    if scene.friction.law == "film" and scene.film.voids == "stop":
+        return _film_of(scene, case)
+    here = scene_from_dict(scene.as_dict() | {"ice": _ice_of(scene, case)})
+    height = float(here.initial_height)
+    solid = here.ice.solid
+    return LawContact(law_of(here), case.temperature, solid, height, case.tolerance)
+
+
+def _ice_of(scene: Scene, case: WheelCase) -> dict[str, Any]:
+    """The scene's ice as keys, with the case's temperature."""
+    ice: dict[str, Any] = scene.as_dict()["ice"]
+    return ice | {"temperature": case.temperature}
+
+
+def _film_of(scene: Scene, case: WheelCase) -> FilmContact:
+    """The film law of a scene, at the case's ice temperature."""
+    film, age = scene.film, contact_age(scene)
+    for unfit, key, allowed in (
+        (film.refreeze != "nothing", f'film.refreeze = "{film.refreeze}"', '"nothing"'),
+        (scene.ice.depth is not None, "ice.depth", "ice as deep as heat reaches"),
+        (scene.ice.mesh is not None, "ice.mesh", "ice as deep as heat reaches"),
+    ):
+        if unfit:
+            raise SceneError(
+                f"{key} of --scene {case.scene} is not computed below a wheel; allowed: {allowed}"
+            )
+    ride = Ride(
+        case.speed,
+        0.0,
+        case.temperature,
+        float(scene.height_on(case.temperature)),
+        scene.ice.solid,
+        scene.water.table or scene.water.viscosity,
+        film.water_speed,
+        scene.shear_strength,
+        age and replace(age, holds=False),
+    )
+    return FilmContact(ride, scene.contact_parameters, case.tolerance)

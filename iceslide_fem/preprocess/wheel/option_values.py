@@ -9,8 +9,7 @@ from pydantic import BeforeValidator
 
 from iceslide_fem.preprocess.relaxation_options import read_several
 from iceslide_fem.runtime.units import to_si
-from iceslide_fem.scene.ranges import read_range
-from iceslide_fem.scene.units import Quantity
+from iceslide_fem.scene.units import Quantity, read_range
 
 MOST_SLIPS = 1001
 SPEED = Quantity("m/s", "0.1 m/s", "100 m/s")

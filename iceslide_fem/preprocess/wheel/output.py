@@ -9,11 +9,10 @@ import numpy as np
 
 from iceslide_fem.film.doubts import WITHOUT_MELTING, doubts
 from iceslide_fem.preprocess.footprint.reading import ReadFootprint
+from iceslide_fem.preprocess.wheel.block_shear import TreadStiffness
+from iceslide_fem.preprocess.wheel.braking import Stop
 from iceslide_fem.preprocess.wheel.case import WheelCase
-from iceslide_fem.preprocess.wheel.curve import Curve
-from iceslide_fem.preprocess.wheel.friction import SlipPoint
-from iceslide_fem.preprocess.wheel.stiffness import TreadStiffness
-from iceslide_fem.preprocess.wheel.stop import Stop
+from iceslide_fem.preprocess.wheel.friction import Curve, SlipPoint
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 

@@ -22,7 +22,7 @@ from iceslide_fem.runtime.tables.cells import (
     may_be_a_number,
     split,
 )
-from iceslide_fem.runtime.tables.text import LARGEST_TABLE, read_text
+from iceslide_fem.runtime.tables.grid import LARGEST_TABLE, read_text
 
 REMARKS = ("#", "%", "//")
 SEPARATORS: tuple[str | None, ...] = (";", "\t", ",", None)  # None for blanks

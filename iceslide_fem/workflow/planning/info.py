@@ -15,11 +15,9 @@ from iceslide_fem.scene import Scene
 from iceslide_fem.scene.contact_table import ContactTable
 from iceslide_fem.scene.course import SAMPLED
 from iceslide_fem.scene.materials import BAR
-from iceslide_fem.workflow.planning.contact import aged_contact
 from iceslide_fem.workflow.planning.cost import estimate
 from iceslide_fem.workflow.planning.passes import describe_passes
-from iceslide_fem.workflow.planning.regime import regime
-from iceslide_fem.workflow.planning.relaxation import relaxation_rows
+from iceslide_fem.workflow.planning.regime import aged_contact, regime, relaxation_rows
 from iceslide_fem.workflow.planning.row import Row
 
 # Largest sqrt(alpha t) over the contact's shortest side for which columns of ice suffice. At 0.09

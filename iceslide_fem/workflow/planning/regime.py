@@ -8,12 +8,52 @@ from __future__ import annotations
 
 import numpy as np
 
+from iceslide_fem.film.conditions import exposure
+from iceslide_fem.film.contact_age import contact_age
 from iceslide_fem.film.limiting_shear import SHEAR_STRENGTH
 from iceslide_fem.runtime.units import ZERO_CELSIUS, readable
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.shear_strength import ShearStrength
 from iceslide_fem.workflow.planning.cost import point_rows
 from iceslide_fem.workflow.planning.row import Row
+
+
+def aged_contact(scene: Scene) -> list[Row]:
+    """k at the end of contact under the nominal pressure, and the creep compliance."""
+    if (age := contact_age(scene)) is None:
+        return []
+    passes = scene.ice.motion == "sliding" and scene.film.carrier == "ice"
+    time = exposure(scene) if passes else scene.load.duration
+    at = np.array([time]), np.array([scene.ice.temperature])
+    k = float(age.under_constant(np.array([scene.load.pressures.first]), *at).k[0])
+    compliance = float(age.relaxation.compliance(*at)[0])
+    modulus = readable(3.0 * scene.mooney_rivlin.shear_modulus, "Pa")
+    return [
+        Row("film", "k at the end", f"{k:.3g}", f"of contact that is {readable(time, 's')} old"),
+        Row("film", "compliance at the end", f"{compliance:.3g}", f"E_0 J, E_0 = {modulus}"),
+    ]
+
+
+def relaxation_rows(scene: Scene) -> list[Row]:
+    """Young's modulus at the end of the run and after infinite time; empty for elastic rubber."""
+    relaxation = scene.rubber.relaxation
+    if relaxation is None:
+        return []
+    modulus, temperature = scene.mooney_rivlin, scene.ice.temperature
+    fractions = (
+        float(relaxation.modulus(scene.load.duration, temperature)),
+        (relaxation.prony.long_term),
+    )
+    end, long_term = (
+        readable(modulus.stiffer(fraction).youngs_modulus, "Pa") for fraction in fractions
+    )
+    shift = float(relaxation.shift(temperature))
+    at = f"{temperature - ZERO_CELSIUS:.3g} °C: relaxation times are {shift:.3g} times those given"
+    return [
+        Row("rubber", "modulus at the end", end, f"E(t), of a strain held since t = 0 at {at}"),
+        Row("rubber", "long-term modulus", long_term, "E after infinite time; above at t = 0"),
+    ]
+
 
 # A contact is dry above the first number N, and viscous below the second one.
 DRY, VISCOUS = 10.0, 0.1

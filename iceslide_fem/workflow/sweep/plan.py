@@ -28,7 +28,7 @@ from iceslide_fem.scene import (
 from iceslide_fem.scene.fields import with_unit
 from iceslide_fem.scene.fingerprint import fingerprint
 from iceslide_fem.scene.messages import shortened
-from iceslide_fem.scene.ranges import read_range
+from iceslide_fem.scene.units import read_range
 
 MOST_CASES = 100_000  # of a sweep
 LONGEST_NAME = 150  # characters of a folder

@@ -10,15 +10,46 @@ import numpy as np
 
 from iceslide_fem.film.conditions import rubber_columns, scene_conditions, simulation_settings
 from iceslide_fem.film.point import Conditions, Record, simulate
-from iceslide_fem.output.passes import PassRow
+from iceslide_fem.output.table import PassRow
 from iceslide_fem.runs.point import point_doubts, point_history, point_summary
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.fingerprint import versions
 from iceslide_fem.scene.materials import BOTTOMLESS
-from iceslide_fem.workflow.sweep.heights import SampledHeights
 from iceslide_fem.workflow.sweep.outcome import CURVES, DONE, FAILED, SAMPLES, CaseResult
+
+
+class SampledHeights:
+    """Collects h (m) at `times` from accepted steps: `values`, (n, n_times), first at t = 0."""
+
+    def __init__(self, conditions: Conditions, times: Array) -> None:
+        """For films of the n `conditions`, at `times` (s, ascending from 0)."""
+        self.values = np.repeat(conditions.initial_height[:, None], times.size, axis=1)
+        self._times = times
+        self._start = conditions.at_start.log_height.copy()
+        self._next = np.ones(self._start.size, dtype=int)
+
+    def add(self, record: Record) -> None:
+        """Add samples within accepted steps.
+
+        In a step ln h (with limiting shear ln(h + s)) is the parabola through its ends with the
+        slope at its end.
+        """
+        at, points, step = record.places, record.points, record.step
+        dt = record.dt[at]
+        end = record.time[at] + dt
+        last, rate = step.state.log_height[at], (step.change.log_height / step.stage_dt)[at]
+        bend = (self._start[points] - last + rate * dt) / dt**2
+        first, after = self._next[points], np.searchsorted(self._times, end, side="right")
+        count = after - first
+        run = np.repeat(np.arange(count.size), count)
+        which = np.arange(run.size) - (np.cumsum(count) - count - first)[run]
+        left = end[run] - self._times[which]
+        sampled = last[run] - left * (rate[run] - left * bend[run])
+        self.values[points[run], which] = record.loads.take(at[run]).height(sampled)
+        self._start[points], self._next[points] = last, after
+
 
 # Conditions per call: more only take memory.
 CHUNK = 20_000

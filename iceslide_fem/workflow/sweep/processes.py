@@ -25,9 +25,8 @@ from iceslide_fem.runs.checkpoint import FILE as CHECKPOINT
 from iceslide_fem.runs.checkpoint import fingerprint_there, read_checkpoint
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.files import replace_file
-from iceslide_fem.runtime.launch import environment_of_one, module_words
-from iceslide_fem.runtime.machine import available_cores
-from iceslide_fem.scene import Scene
+from iceslide_fem.runtime.launch import available_cores, environment_of_one, module_words
+from iceslide_fem.scene import Scene, load_scene
 from iceslide_fem.workflow.sweep.outcome import SENTENCE, CaseResult, read_outcome
 from iceslide_fem.workflow.sweep.plan import Case
 
@@ -120,7 +119,7 @@ def prepare(folder: Path, cases: Sequence[Case]) -> None:
     A scene that cannot be built is skipped; its case then fails with the reason.
     """
     for case in {forms_of(case.scene): case for case in cases}.values():
-        _python("iceslide_fem.workflow.sweep.compile_forms", scene_file(folder, case))
+        _python("iceslide_fem.workflow.sweep.processes", scene_file(folder, case))
 
 
 def _python(module: str, *words: Any) -> subprocess.CompletedProcess[str]:
@@ -198,3 +197,20 @@ def _mpirun() -> str:
     if found is None:
         raise SceneError("several cores per case need mpirun, which is not installed")
     return found
+
+
+def compile_forms(scene: Scene) -> None:
+    """Build block and interface of `scene` once and discard them."""
+    from iceslide_fem.fenics.compat import MPI
+    from iceslide_fem.interface.build import film_frame_of
+    from iceslide_fem.rubber.block import build_block
+
+    block = build_block(scene, MPI.COMM_WORLD)
+    block.rubber.displacements[:, -1] -= 1e-6 * block.height  # meshing of the ice needs contact
+    film_frame_of(block)
+
+
+if __name__ == "__main__":
+    kinds = {forms_of(scene): scene for scene in map(load_scene, sys.argv[1:])}
+    for kind in kinds.values():
+        compile_forms(kind)
