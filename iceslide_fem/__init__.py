@@ -49,8 +49,7 @@ __all__ = [
 _MODULES = {
     "api.points": ("Conditions", "simulate_points"),
     "api.preprocessors": ("footprint", "roughness", "wheel"),
-    "api.runs": ("read_run", "run"),
-    "api.scenes": ("load_scene",),
+    "api.runs": ("load_scene", "read_run", "run"),
     "api.sweeps": ("sweep",),
     "laws.protocol": ("Contact", "Law", "Response", "Surface"),
     "scene.materials": ("COMPOUNDS", "CONTACT_TABLES", "ICE"),

@@ -7,6 +7,7 @@ import tomllib
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
+import click
 import pytest
 import typer
 
@@ -181,10 +182,11 @@ def commands(page):
 
 @pytest.mark.parametrize("page", PAGES, ids=relative)
 def test_commands_exist_with_their_options(page):
-    known = typer.main.get_command(app).commands
+    group = typer.main.get_command(app)
     for name, *words in commands(page):
-        assert name in known, name
-        options = {option for parameter in known[name].params for option in parameter.opts}
+        assert name in group.commands, name
+        _, command, _ = group.resolve_command(click.Context(group), [name])
+        options = {option for parameter in command.params for option in parameter.opts}
         own = words[: words.index("--")] if "--" in words else words
         given = {word.partition("=")[0] for word in own if word.startswith("--")}
         assert given <= options | {"--help"}, (name, given - options)

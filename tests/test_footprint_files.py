@@ -5,8 +5,9 @@ import pytest
 from PIL import Image
 
 from iceslide_fem.preprocess.footprint.case import FootprintCase
+from iceslide_fem.preprocess.footprint.command import FOOTPRINT
 from iceslide_fem.preprocess.footprint.reading import read_footprint
-from iceslide_fem.preprocess.footprint.survey import lines, summary, survey
+from iceslide_fem.preprocess.footprint.survey import summary, survey
 from iceslide_fem.runtime.errors import SceneError
 
 pytestmark = pytest.mark.quick
@@ -74,9 +75,10 @@ def test_states_and_temperatures_lie_on_the_same_points(tmp_path):
 def test_the_contact_length_is_in_the_first_row(tmp_path):
     (tmp_path / "line.csv").write_text("x_mm,pressure_bar\n0,0\n60,3\n120,0\n")
     case = FootprintCase.of({"line": str(tmp_path / "line.csv")})
-    figures = summary(survey(case, read_footprint(case))) | {"wall_s": 0.0}
+    figures = summary(survey(case, read_footprint(case)))
+    figures |= {"wall_s": 0.0, "case": case.model_dump(mode="json")}
     assert figures["footprint"]["contact_length_m"] == pytest.approx(0.12)
-    assert lines(figures)[0] == ("contact length", "120 mm")
+    assert FOOTPRINT.words(figures).lines[0] == ("contact length", "120 mm")
 
 
 # --- lists of points

@@ -8,49 +8,13 @@ import socket
 import sys
 import webbrowser
 from pathlib import Path
-from typing import Annotated
 
 import psutil
-import typer
 
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.files import check_writable
 from iceslide_fem.runtime.launch import termination_as_interrupt
-from iceslide_fem.runtime.options import folder_option
 from iceslide_fem.scene import read_scene, scene_from_dict
-
-
-def app(
-    scene: Annotated[
-        str | None,
-        typer.Argument(
-            metavar="SCENE.toml|LINK",
-            help="A scene file to begin with, or a link that was copied from the page.",
-            show_default=False,
-        ),
-    ] = None,
-    out: Annotated[
-        Path | None, folder_option("Where runs get their folders; else results.")
-    ] = None,
-    port: Annotated[
-        int, typer.Option(min=0, max=65535, help="Port to listen on; 0 takes a free one.")
-    ] = 0,
-    host: Annotated[
-        str,
-        typer.Option(
-            metavar="ADDRESS",
-            help="Address to listen on. Every other one than the default opens the page to the "
-            "network.",
-        ),
-    ] = "127.0.0.1",
-    no_browser: Annotated[
-        bool, typer.Option("--no-browser", help="Print the address and open no browser.")
-    ] = False,
-) -> None:
-    """A page in the browser: sliders for friction of a point, a line, a wheel; scenes to run."""
-
-    serve(scene, out or Path("results"), host, port, not no_browser)
-
 
 HOME = "127.0.0.1"
 EXTRA = (
