@@ -195,7 +195,7 @@ def test_a_bad_file_is_one_sentence(tmp_path, text, words):
 
 
 def test_what_contradicts_a_load_that_changes_is_refused():
-    with pytest.raises(SceneError, match='model = "point" contradict each other where ice slides'):
+    with pytest.raises(SceneError, match='model = "point" contradict each other: where ice slides'):
         scene(speed=RAMP, ice={"motion": "sliding"})
     with pytest.raises(SceneError, match='film.pressure = "nominal" and a load.pressure'):
         scene("slice", pressure=RISE, film={"pressure": "nominal"})

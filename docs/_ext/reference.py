@@ -1,6 +1,6 @@
 """Sphinx extension: the reference pages that follow from the program itself.
 
-Directives: `scene-keys`, `run-columns TABLE`, `commands`, `validation-table NAME`, `studies`. Each
+Directives: `scene-keys`, `scene-rules`, `run-columns TABLE`, `commands`, `validation-table NAME`, `studies`. Each
 raises an error where what the program has and what `docs/reference/*.toml` describes differ.
 """
 
@@ -29,6 +29,7 @@ from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.fields import leaves, quantity_of, with_unit
 from iceslide_fem.scene.rows import RowsOf
+from iceslide_fem.scene.rules import RULES
 from iceslide_fem.scene.units import Quantity
 
 HERE = Path(__file__).parent.parent
@@ -176,6 +177,18 @@ class SceneKeys(Generated):
         return found
 
 
+class SceneRules(Generated):
+    """What excludes each other in a scene, with the reason and what is allowed."""
+
+    def lines(self) -> list[str]:
+        rows = []
+        for rule in RULES:
+            named, where = ([f"`{one.words}`" for one in part] for part in (rule.named, rule.where))
+            here = f" (with {', '.join(where)})" if where else ""
+            rows.append((" and ".join(named) + here, rule.reason or "–", rule.allowed))
+        return _markdown(("not together", "because", "allowed"), rows)
+
+
 class RunColumns(Generated):
     """The columns of one table."""
 
@@ -255,7 +268,7 @@ def _fences(app: Sphinx, kind: str, name: str, what: Any, options: Any, lines: l
 def setup(sphinx: Sphinx) -> dict[str, bool]:
     """Register the directives."""
     for name, kind in (
-        ("scene-keys", SceneKeys), ("run-columns", RunColumns), ("commands", Commands),
+        ("scene-keys", SceneKeys), ("scene-rules", SceneRules), ("run-columns", RunColumns), ("commands", Commands),
         ("validation-table", ValidationTable), ("studies", Studies),
     ):  # fmt: skip
         sphinx.add_directive(name, kind)

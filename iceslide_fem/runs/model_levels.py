@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 from iceslide_fem.runs.simplifications import simplifications
 from iceslide_fem.scene import Scene, scene_from_dict
-from iceslide_fem.scene.contact_age import ages_in_warm_rubber
 
 MODELS = "point", "slice", "block"
 HEATS = "half-space", "column", "continuum", "mesh"
@@ -47,7 +46,7 @@ def cheapest(scene: Scene) -> ModelLevel:
     if rubber.mesh is not None or rubber.outline is not None or rubber.grooves:
         return ModelLevel("block", heat, scene.numerics.refinement)
     attached = scene.ice.motion == "attached"  # estimates for sliding ice are rougher
-    has_point = attached and not ages_in_warm_rubber(scene)
+    has_point = attached and not scene.ages_in_warm_rubber
     if has_point and found.uniform_pressure <= tolerance and heat not in SIDEWAYS:
         return ModelLevel("point", heat, 1.0)
     model = "slice" if found.plane_strain.effect <= tolerance else "block"

@@ -6,23 +6,14 @@ import numpy as np
 
 from iceslide_fem.relaxation.doubts import FURTHEST_UNDETERMINED, outside
 from iceslide_fem.relaxation.shift import Shift
-from iceslide_fem.runtime.units import ZERO_CELSIUS
-from iceslide_fem.scene.contact_age import check_contact_age
+from iceslide_fem.runtime.units import ZERO_CELSIUS, readable
 from iceslide_fem.scene.materials import BAR
-from iceslide_fem.scene.passes import check_passes
+from iceslide_fem.scene.rules import check_rules
 from iceslide_fem.scene.shape import check_room_across
 from iceslide_fem.scene.tables import Tables
 from iceslide_fem.scene.thermal_layers import HEATED_LAYERS
-from iceslide_fem.scene.wet import check_voids
 
 DEEPEST = 0.1  # allowed penetration over the height
-
-
-_WEAKENS = (
-    "film.dry_stress falls as the ice gets warmer, and rubber.inertia = false: dry friction that "
-    "weakens by its own heat has no motion without inertia (docs/explanation/dry.md); allowed: "
-    'rubber.inertia = true, model = "point", or a dry_stress that is the same at every temperature'
-)
 
 
 def check_contradictions(scene: Tables) -> None:
@@ -32,29 +23,15 @@ def check_contradictions(scene: Tables) -> None:
         raise ValueError(
             "film.k, film.D and film.H_V are missing; without a compound give them, or film.contact"
         )
-    if scene.model == "point" and scene.ice.mesh is not None:
-        raise ValueError(
-            'ice.mesh and model = "point" contradict each other: below a point the ice is a '
-            'column, and nothing says how deep; allowed: model = "slice" or "block", or '
-            "ice.depth and ice.layers instead of ice.mesh"
-        )
-    if scene.model == "point" and scene.ice.motion == "sliding":
-        _passes_below_a_point(scene)
-    if scene.ice.heat == "half-space" and scene.ice.motion == "sliding":
-        raise ValueError(
-            'ice.heat = "half-space" and ice.motion = "sliding" contradict each other: the '
-            "closed form holds for ice that stays under the rubber; "
-            "allowed with sliding: 'column', 'continuum' or 'mesh'"
-        )
-    if scene.load.changes:
-        _loads_may_change(scene)
-    check_passes(scene)
-    check_voids(scene)
+    _rows_are_apart(scene)
+    check_rules(scene)
     _rubber_relaxes_here(scene)
-    if scene.film.contact_age:
-        check_contact_age(scene)
-    if scene.film.dry_stress is not None:
-        _dry_shear_has_a_motion(scene)
+    if scene.film.contact_age and scene.rubber.relaxation is None:
+        raise ValueError(
+            "film.contact_age needs rubber that relaxes: k grows with its creep; give "
+            "rubber.prony or rubber.dma"
+        )
+    _water_has_its_frame(scene)
     _contact_is_stiff(scene)
     if scene.model in ("block", "auto"):
         check_room_across(scene.rubber)
@@ -70,35 +47,49 @@ def check_contradictions(scene: Tables) -> None:
             f"load.duration = {1e3 * scene.load.duration:.4g} ms"
         )
     if scene.rubber.heat:
-        _rubber_can_take_heat(scene)
-    elif scene.film.conductance is not None:
+        _heat_stays_in_the_rubber(scene)
+
+
+def _rows_are_apart(scene: Tables) -> None:
+    """Raise ValueError where passes or rows have no distance, or one that is too short."""
+    load, rubber, taken = scene.load, scene.rubber, scene.load.duration
+    for given, key, spacing, unit in (
+        (load.passes > 1, "load.passes", "load.period", load.period),
+        (rubber.rows > 1, "rubber.rows", "rubber.row_pitch", rubber.row_pitch),
+    ):
+        if given and unit is None:
+            raise ValueError(f"{spacing} is missing; it says how far apart {key} are")
+        if unit is not None and not given:
+            raise ValueError(f"{spacing} has a meaning only with {key} of more than 1")
+    if rubber.row_pitch is not None and not rubber.row_pitch > rubber.length:
         raise ValueError(
-            "film.conductance has a meaning only with heat in the rubber; "
-            "leave it out, or set rubber.heat = true"
+            f"rubber.row_pitch = {readable(rubber.row_pitch, 'm')} is not more than "
+            f"rubber.length = {readable(rubber.length, 'm')}; it goes from leading edge to "
+            "leading edge"
+        )
+    if rubber.row_pitch is not None and not rubber.row_pitch / load.speeds.mean > taken:
+        raise ValueError(
+            f"load.duration = {readable(taken, 's')} is not less than the "
+            f"{readable(rubber.row_pitch / load.speeds.mean, 's')} from row to row; "
+            "rubber.length / load.speed is enough"
+        )
+    if load.period is not None and not load.period > taken:
+        raise ValueError(
+            f"load.period = {readable(load.period, 's')} is not more than the "
+            f"{readable(taken, 's')} that a pass takes; it goes from beginning to beginning"
         )
 
 
-def _dry_shear_has_a_motion(scene: Tables) -> None:
-    """Raise ValueError if a limiting shear contradicts law, water, integrator or block."""
-    film, integrator = scene.film, scene.numerics.film_integrator
-    if scene.friction.law != "film":
+def _water_has_its_frame(scene: Tables) -> None:
+    """Raise ValueError if rows of water over x do not pass below a block that carries films."""
+    ice = scene.ice
+    on_nodes = ice.motion == "sliding" and scene.film.carrier == "ice" and scene.model != "point"
+    if isinstance(ice.water, tuple) and not on_nodes:
         raise ValueError(
-            f'film.dry_stress and friction.law = "{scene.friction.law}" contradict each other: it '
-            'limits the shear of films; allowed: friction.law = "film"'
+            "ice.water has rows over x, which need ice that passes below a slice or a block and "
+            'carries the films; allowed: ice.motion = "sliding" and film.carrier = "ice", or a '
+            "number"
         )
-    if scene.water.table is not None:
-        raise ValueError(
-            "film.dry_stress and rows of water.viscosity contradict each other; allowed: one "
-            "viscosity"
-        )
-    if integrator == "explicit-euler":
-        raise ValueError(
-            'film.dry_stress and numerics.film_integrator = "explicit-euler" contradict each '
-            "other: the stress follows the temperature that it makes; allowed: 'sdirk2', 'sdirk3' "
-            "or 'implicit-euler'"
-        )
-    if scene.model != "point" and film.dry_shear.softens and not scene.rubber.inertia:
-        raise ValueError(_WEAKENS)
 
 
 def _rubber_relaxes_here(scene: Tables) -> None:
@@ -123,23 +114,6 @@ def _rubber_relaxes_here(scene: Tables) -> None:
                 f"them; allowed: up to {FURTHEST_UNDETERMINED:g} K, isotherms that reach further, "
                 "or rubber.wlf or rubber.shift_factors"
             )
-
-
-def _loads_may_change(scene: Tables) -> None:
-    """Raise ValueError if loads that change in time are not supported in this scene."""
-    changing = "speed" if scene.load.pressures.is_constant else "pressure"
-    if scene.model == "point" and scene.ice.motion == "sliding":
-        raise ValueError(
-            f'load.{changing} that changes in time and model = "point" contradict each other '
-            "where ice slides: points that enter the contact one after the other see other "
-            'loads; allowed: model = "slice" or "block", or ice.motion = "attached"'
-        )
-    if scene.film.pressure == "nominal" and not scene.load.pressures.is_constant:
-        raise ValueError(
-            'film.pressure = "nominal" and a load.pressure that changes in time contradict '
-            "each other: k, D and H_V of one nominal pressure are held; "
-            "allowed: 'local'"
-        )
 
 
 def too_soft(scene: Tables, height: float) -> str | None:
@@ -169,70 +143,12 @@ def _contact_is_stiff(scene: Tables) -> None:
         )
 
 
-def _passes_below_a_point(scene: Tables) -> None:
-    """Raise ValueError if a point on sliding ice has a history older than the ice."""
-    if scene.film.carrier == "rubber" and scene.friction.law != "coulomb":
-        what = "films that stay" if scene.friction.law == "film" else "a history that stays"
-        raise ValueError(
-            'film.carrier = "rubber" and model = "point" contradict each other where ice '
-            f"slides: {what} with the rubber, older than the ice below; "
-            'allowed: model = "slice" or "block", or film.carrier = "ice"'
-        )
-    if scene.rubber.heat:
-        raise ValueError(
-            'rubber.heat = true and model = "point" contradict each other where ice slides: '
-            'the rubber is older than the ice below it; allowed: model = "slice" or "block"'
-        )
-    if scene.film.water_speed < 1.0 and scene.friction.law == "film":
-        raise ValueError(
-            f'film.water_speed = {scene.film.water_speed:g} and model = "point" contradict each '
-            "other where ice slides: water that lags behind the ice is older than the ice; "
-            'allowed: model = "slice" or "block", or film.water_speed = 1'
-        )
-
-
-def _rubber_can_take_heat(scene: Tables) -> None:
-    """Raise ValueError if heat in the rubber is not supported in this scene."""
-    if scene.ice.heat == "half-space":
-        raise ValueError(
-            'ice.heat = "half-space" and rubber.heat = true contradict each other: the closed '
-            "form gives the ice a flux that does not depend on the rubber; "
-            "allowed with heat in the rubber: 'column', 'continuum' or 'mesh'"
-        )
-    if scene.rubber.heat == "mesh":
-        _rubber_mesh_can_take_heat(scene)
-        return
+def _heat_stays_in_the_rubber(scene: Tables) -> None:
+    """Raise ValueError if heat reaches the plate of rubber that is taken as a half-space."""
     needed = HEATED_LAYERS * (scene.rubber.solid.diffusivity * scene.load.duration) ** 0.5
-    if scene.rubber.height < needed:
+    if scene.rubber.heat != "mesh" and scene.rubber.height < needed:
         raise ValueError(
             f"rubber.height = {1e3 * scene.rubber.height:.3g} mm is too thin for rubber.heat = "
             f"true, which takes the rubber as a half-space: heat reaches {1e3 * needed:.3g} mm "
             "deep within load.duration"
-        )
-
-
-def _rubber_mesh_can_take_heat(scene: Tables) -> None:
-    """Raise ValueError if heat on the rubber's mesh is not supported in this scene."""
-    if scene.model == "point":
-        return  # a point has a column instead of a mesh
-    if scene.ice.heat != "mesh":
-        raise ValueError(
-            f'rubber.heat = "mesh" and ice.heat = "{scene.ice.heat}" contradict each other: '
-            "both meshes are solved together; allowed: ice.heat = 'mesh', or rubber.heat = true"
-        )
-    if scene.ice.has_rows:
-        raise ValueError(
-            'rubber.heat = "mesh" and rows of ice.conductivity or ice.heat_capacity contradict '
-            "each other; allowed: numbers, or rubber.heat = true"
-        )
-    if scene.ice.motion == "sliding" and scene.film.carrier == "ice":
-        raise ValueError(
-            'rubber.heat = "mesh" and film.carrier = "ice" contradict each other: films that '
-            "pass meet other points of the rubber in every step; allowed: "
-            "film.carrier = 'rubber', ice.motion = 'attached', or rubber.heat = true"
-        )
-    if scene.friction.law != "film":
-        raise ValueError(
-            f'rubber.heat = "mesh" and friction.law = "{scene.friction.law}" contradict each '
-            "other: only a film's heat is shared between meshes; allowed: rubber.heat = true"
         )

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import astuple, replace
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,14 +17,10 @@ from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.contact_table import ConstantContact, ContactTable, read_contact_table
 from iceslide_fem.scene.contradictions import check_contradictions
 from iceslide_fem.scene.fields import html_table
-from iceslide_fem.scene.film import Film, Friction
-from iceslide_fem.scene.ice import Ice, Water
-from iceslide_fem.scene.load import Load
 from iceslide_fem.scene.materials import BAR, COMPOUNDS, CONTACT_TABLES, MooneyRivlin
-from iceslide_fem.scene.numerics import Numerics, Output
-from iceslide_fem.scene.rubber import Rubber, check_bulk
+from iceslide_fem.scene.rubber import check_bulk
 from iceslide_fem.scene.shear_strength import ShearStrength
-from iceslide_fem.scene.units import Name, Table
+from iceslide_fem.scene.tables import Tables
 
 FILE_KEYS = (
     ("rubber", "mesh"),
@@ -36,22 +32,8 @@ FILE_KEYS = (
 )  # table and key of file names
 
 
-class Scene(Table):
-    """A complete scene: the model level and all its data.
-
-    With model "auto" a run uses the cheapest sufficient level (`level.resolved`).
-    """
-
-    name: Name
-    model: Literal["point", "slice", "block", "auto"]
-    rubber: Rubber
-    load: Load
-    ice: Ice = Ice()
-    water: Water = Water()
-    film: Film = Film()
-    friction: Friction = Friction()
-    numerics: Numerics = Numerics()
-    output: Output = Output()
+class Scene(Tables):
+    """A complete scene: its tables without contradiction, and what follows from them."""
 
     @model_validator(mode="after")
     def _no_contradiction(self) -> Self:
@@ -59,6 +41,11 @@ class Scene(Table):
         if self.model != "point":
             check_bulk(self.mooney_rivlin, self.rubber)
         return self
+
+    @property
+    def ages_in_warm_rubber(self) -> bool:
+        """Whether k, D and H_V follow an age that depends on a changing temperature."""
+        return self.film.contact_age and bool(self.rubber.heat)
 
     @property
     def several_passes(self) -> bool:

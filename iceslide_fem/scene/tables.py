@@ -1,51 +1,30 @@
-"""The tables of a scene, as checks between tables use them."""
+"""The tables of a scene."""
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Literal
 
 from iceslide_fem.scene.film import Film, Friction
 from iceslide_fem.scene.ice import Ice, Water
 from iceslide_fem.scene.load import Load
 from iceslide_fem.scene.numerics import Numerics, Output
 from iceslide_fem.scene.rubber import Rubber
+from iceslide_fem.scene.units import Name, Table
 
 
-class Tables(Protocol):
-    """The tables of a scene (`scene.model`)."""
+class Tables(Table):
+    """The model level of a scene, and all its data.
 
-    @property
-    def model(self) -> str:
-        """Its level of the model hierarchy."""
+    With model "auto" a run uses the cheapest sufficient level (`level.resolved`).
+    """
 
-    @property
-    def rubber(self) -> Rubber:
-        """The block."""
-
-    @property
-    def load(self) -> Load:
-        """Pressure and speed."""
-
-    @property
-    def ice(self) -> Ice:
-        """The ice."""
-
-    @property
-    def film(self) -> Film:
-        """The water film."""
-
-    @property
-    def water(self) -> Water:
-        """Properties of the film's water."""
-
-    @property
-    def friction(self) -> Friction:
-        """The friction law."""
-
-    @property
-    def numerics(self) -> Numerics:
-        """Numerical settings."""
-
-    @property
-    def output(self) -> Output:
-        """Output settings."""
+    name: Name
+    model: Literal["point", "slice", "block", "auto"]
+    rubber: Rubber
+    load: Load
+    ice: Ice = Ice()
+    water: Water = Water()
+    film: Film = Film()
+    friction: Friction = Friction()
+    numerics: Numerics = Numerics()
+    output: Output = Output()

@@ -14,7 +14,6 @@ import numpy as np
 from iceslide_fem.runs.model_levels import SIDEWAYS, ModelLevel
 from iceslide_fem.runs.simplifications import Simplifications
 from iceslide_fem.scene import REFINEMENTS, Scene
-from iceslide_fem.scene.contact_age import ages_in_warm_rubber
 
 
 def levels(
@@ -57,7 +56,7 @@ def _models(scene: Scene) -> tuple[str, ...]:
     has_point = scene.ice.motion == "attached" or (
         on_ice and not scene.rubber.heat and not own_mesh
     )
-    point = ("point",) if has_point and not ages_in_warm_rubber(scene) else ()
+    point = ("point",) if has_point and not scene.ages_in_warm_rubber else ()
     return (*point, of_mesh(scene)) if own_mesh else (*point, "slice", "block")
 
 

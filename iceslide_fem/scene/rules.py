@@ -1,0 +1,196 @@
+"""What excludes each other in a scene: a row for each rule, with its reason and what is allowed.
+
+The rows are checked in their order, listed in the reference, and tested one by one.
+"""
+
+from __future__ import annotations
+
+from functools import reduce
+from typing import Any, NamedTuple
+
+from iceslide_fem.scene.tables import Tables
+
+
+class Is(NamedTuple):
+    """A condition on a key, or on another attribute of the tables: it is one of `values`, or none
+    of `besides`, or above `above`. Without any of them it is given: neither None, nor false, nor 0.
+
+    shown: the condition in words, else those of the key.
+    """
+
+    key: str
+    values: tuple[Any, ...] = ()
+    besides: tuple[Any, ...] = ()
+    above: float | None = None
+    shown: str = ""
+
+    def holds(self, scene: Tables) -> bool:
+        """Whether the scene has it."""
+        value = self.of(scene)
+        if self.values:
+            return value in self.values
+        if self.besides:
+            return value not in self.besides
+        return bool(value) if self.above is None else value > self.above
+
+    def of(self, scene: Tables) -> Any:
+        """The value of the key."""
+        return reduce(getattr, self.key.split("."), scene)
+
+    def told(self, value: Any) -> str:
+        """The condition in words, with the `value` of the key."""
+        if self.shown:
+            return self.shown
+        if isinstance(value, bool):
+            return f"{self.key} = {str(value).lower()}"
+        return f'{self.key} = "{value}"' if isinstance(value, str) else self.key
+
+    @property
+    def words(self) -> str:
+        """The condition in words, with all values."""
+        if self.values:
+            return " or ".join(self.told(value) for value in self.values)
+        if self.besides:
+            return f"another {self.key} than {' or '.join(map(repr, self.besides))}"
+        return self.told(None) if self.above is None else f"{self.key} above {self.above:g}"
+
+
+class Rule(NamedTuple):
+    """Conditions that exclude each other: they are `named`, and hold only together with `where`."""
+
+    named: tuple[Is, ...]
+    reason: str
+    allowed: str
+    where: tuple[Is, ...] = ()
+
+    def fault(self, scene: Tables) -> str | None:
+        """The sentence about a scene in which all conditions hold, else None."""
+        if not all(one.holds(scene) for one in (*self.where, *self.named)):
+            return None
+        return self.sentence([one.told(one.of(scene)) for one in self.named])
+
+    def sentence(self, named: list[str]) -> str:
+        """What is wrong, why, and what is allowed."""
+        *others, last = named
+        why = f": {self.reason}" if self.reason else ""
+        return f"{', '.join(others)} and {last} contradict each other{why}; allowed: {self.allowed}"
+
+
+POINT, BLOCKS = Is("model", ("point",)), Is("model", besides=("point",))
+SLIDING = Is("ice.motion", ("sliding",))
+OTHER_LAW, FILM_LAW = Is("friction.law", besides=("film",)), Is("friction.law", ("film",))
+HALF_SPACE = Is("ice.heat", ("half-space",))
+WARM_RUBBER = Is("rubber.heat")
+CHANGES = Is("load.changes", shown="rows of load.pressure or load.speed")
+CARRY = Is("film.voids", ("carry",))
+DRY, AGES = Is("film.dry_stress"), Is("film.contact_age")
+SOFTENS = Is("film.dry_shear.softens", shown="film.dry_stress that falls as the ice gets warmer")
+ROWS_OF_VISCOSITY = Is("water.table", shown="rows of water.viscosity")
+ROWS_OF_ICE = Is("ice.has_rows", shown="rows of ice.conductivity or ice.heat_capacity")
+CHANGING = Is("load.pressures.is_constant", (False,), shown="a load.pressure that changes in time")
+EXPLICIT = Is("numerics.film_integrator", ("explicit-euler",))
+PASSES, ROWS = Is("load.passes", above=1), Is("rubber.rows", above=1)
+ON_A_POINT = "where ice slides a point meets ice that is younger than the rubber"
+IMPLICIT = "'sdirk2', 'sdirk3' or 'implicit-euler'"
+OF_FILMS = 'friction.law = "film"'
+FE = 'model = "slice" or "block"'
+CLOSED_FORM = (
+    "the closed form holds for ice that stays under the rubber and was never warmed before"
+)
+TOGETHER = "the water in the voids and the contact are found together"
+
+
+def _passing(key: Is) -> tuple[Rule, ...]:
+    """Of passes, or of rows of blocks, which are passes, too."""
+    return (
+        Rule((key, OTHER_LAW), "what passes leave behind is a film's", OF_FILMS),
+        Rule((key, WARM_RUBBER), "the ice rests between passes, and the heat of the rubber then is "
+             "unknown", "rubber.heat = false"),
+        Rule((key, HALF_SPACE), CLOSED_FORM, "ice.heat = 'column'"),
+    )  # fmt: skip
+
+
+RULES = (
+    Rule((Is("ice.mesh"), POINT), "below a point the ice is a column, and nothing says how deep",
+         f"{FE}, or ice.depth and ice.layers instead of ice.mesh"),
+    Rule((Is("film.carrier", ("rubber",)), POINT), f"{ON_A_POINT}, and so is its history",
+         f'{FE}, or film.carrier = "ice"', (SLIDING, Is("friction.law", besides=("coulomb",)))),
+    Rule((WARM_RUBBER, POINT), ON_A_POINT, FE, (SLIDING,)),
+    Rule((Is("film.water_speed", besides=(1.0,)), POINT),
+         f"{ON_A_POINT}, and so is water that lags behind", f"{FE}, or film.water_speed = 1",
+         (SLIDING, FILM_LAW)),
+    Rule((HALF_SPACE, SLIDING), CLOSED_FORM, "'column', 'continuum' or 'mesh'"),
+    Rule((CHANGES, POINT), "where ice slides points that enter the contact one after the "
+         "other see other loads", f'{FE}, or ice.motion = "attached"', (SLIDING,)),
+    Rule((Is("film.pressure", ("nominal",)), CHANGING),
+         "k, D and H_V of one nominal pressure are held", "'local'"),
+    Rule((PASSES, ROWS), "rows are passes of the period rubber.row_pitch / load.speed",
+         "one of them"),
+    Rule((ROWS, BLOCKS), "", 'model = "point"'),
+    Rule((PASSES, BLOCKS, SLIDING), "", "ice.motion = 'attached', or model = \"point\""),
+    Rule((PASSES, BLOCKS, CHANGES), "", 'numbers, or model = "point"'),
+    Rule((PASSES, BLOCKS, Is("rubber.wall_friction")), "", '0, or model = "point"'),
+    *_passing(PASSES),
+    *_passing(ROWS),
+    Rule((PASSES, Is("film.between", ("keep",)), Is("film.refreeze", besides=("nothing",))), "",
+         'film.between = "freeze" or "drain"'),
+    Rule((ROWS, Is("film.refreeze", besides=("nothing",))), "between rows water is kept",
+         'film.refreeze = "nothing", or load.passes'),
+    Rule((ROWS, Is("ice.motion", ("attached",))), "rows need ice that passes below them at one "
+         "speed", 'ice.motion = "sliding"'),
+    Rule((ROWS, CHANGES), "rows need ice that passes below them at one speed",
+         "load.speed and load.pressure as numbers"),
+    Rule((Is("ice.is_wet", shown="ice.water"), Is("film.voids", besides=("carry",))),
+         "where squeeze-out stops nothing says what more water does",
+         'film.voids = "carry", or no ice.water'),
+    *(
+        Rule((CARRY, condition), TOGETHER, allowed)
+        for condition, allowed in (
+            (Is("film.k"), "film.contact, or a compound's table"),
+            (AGES, "film.contact_age = false"),
+            (DRY, "no film.dry_stress"),
+            (ROWS_OF_VISCOSITY, "one viscosity"),
+            (Is("rubber.mesh"), "rubber.length and rubber.sipes"),
+            (WARM_RUBBER, "rubber.heat = false"),
+            (Is("film.pressure", ("nominal",)), "'local'"),
+            (OTHER_LAW, OF_FILMS),
+            (EXPLICIT, IMPLICIT),
+        )
+    ),
+    Rule((AGES, OTHER_LAW), "k, D and H_V are of films", OF_FILMS),
+    Rule((AGES, WARM_RUBBER, POINT),
+         "at a point k follows the age at one temperature of the rubber",
+         f"rubber.heat = false, or {FE}"),
+    Rule((DRY, OTHER_LAW), "it limits the shear of films", OF_FILMS),
+    Rule((DRY, ROWS_OF_VISCOSITY), "the strength is that at one viscosity", "one viscosity"),
+    Rule((DRY, EXPLICIT), "the stress follows the temperature that it makes", IMPLICIT),
+    Rule((SOFTENS, BLOCKS, Is("rubber.inertia", (False,))),
+         "dry friction that weakens by its own heat has no motion without inertia "
+         "(docs/explanation/dry.md)",
+         'rubber.inertia = true, model = "point", or a dry_stress that is the same at every '
+         "temperature"),
+    Rule((HALF_SPACE, WARM_RUBBER), "the closed form gives the ice a flux that does not depend on "
+         "the rubber", "'column', 'continuum' or 'mesh'"),
+    *(
+        Rule((Is("rubber.heat", ("mesh",)), condition), reason, f"{allowed}rubber.heat = true",
+             (BLOCKS, *where))
+        for condition, reason, allowed, where in (
+            (Is("ice.heat", besides=("mesh",)), "both meshes are solved together",
+             "ice.heat = 'mesh', or ", ()),
+            (ROWS_OF_ICE, "rows make it nonlinear", "numbers, or ", ()),
+            (Is("film.carrier", ("ice",)), "films that pass meet other points of the rubber in "
+             "every step", "film.carrier = 'rubber', ice.motion = 'attached', or ", (SLIDING,)),
+            (OTHER_LAW, "only a film's heat is shared between meshes", "", ()),
+        )
+    ),
+    Rule((Is("film.conductance"), Is("rubber.heat", (False,))),
+         "it is between film and rubber that takes heat",
+         "no film.conductance, or rubber.heat = true"),
+)  # fmt: skip
+
+
+def check_rules(scene: Tables) -> None:
+    """Raise ValueError with the first rule that the `scene` breaks."""
+    for rule in RULES:
+        if fault := rule.fault(scene):
+            raise ValueError(fault)

@@ -1,0 +1,76 @@
+"""Every row of the rules refuses a scene that breaks it, and is listed in the reference."""
+
+from pathlib import Path
+
+import pytest
+
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.scene import load_scene, read_scene
+from iceslide_fem.scene.rules import RULES
+from iceslide_fem.scene.tables import Tables
+
+pytestmark = pytest.mark.quick
+
+ROOT = Path(__file__).parent.parent
+# What makes a condition hold that names no value.
+ROWS = "[['0 ms', '1 bar'], ['1 ms', '2 bar']]"
+BASE = ("model=slice", "ice.heat=column")
+MADE = {
+    "ice.mesh": ("ice.mesh=meshes/siped_block.msh", "ice.heat=mesh"),
+    "rubber.mesh": "rubber.mesh=meshes/siped_block.msh",
+    "load.changes": f"load.pressure={ROWS}",
+    "load.pressures.is_constant": f"load.pressure={ROWS}",
+    "load.passes": ("load.passes=2", "load.period=1"),
+    "rubber.rows": ("rubber.rows=2", "rubber.row_pitch=400mm"),
+    "rubber.wall_friction": "rubber.wall_friction=0.5",
+    "rubber.heat": "rubber.heat=true",
+    "film.water_speed": "film.water_speed=0.5",
+    "film.refreeze": (
+        "film.refreeze=film", "film.dry_stress=2bar", "film.dry_softening=10",
+        "film.initial_height=0nm",
+    ),
+    "film.k": ("film.k=0.3", "film.D=30um", "film.H_V=2um"),
+    "film.contact_age": (
+        "film.contact_age=true", "rubber.prony=[[0.3, 1e-3]]", "rubber.modulus_is=long-term",
+    ),
+    "film.dry_stress": ("film.dry_stress=2bar", "film.dry_softening=10"),
+    "film.dry_shear.softens": ("film.dry_stress=2bar", "film.dry_softening=10"),
+    "film.conductance": "film.conductance=1e5",
+    "ice.is_wet": "ice.water=20um",
+    "ice.has_rows": ("ice.conductivity=[[250, 2.4], [270, 2.2]]", "ice.heat=mesh"),
+    "ice.heat": "ice.heat=column",
+    "water.table": "water.viscosity=[[272, 1.9e-3], [274, 1.7e-3]]",
+    "friction.law": ("friction.law=coulomb", "friction.mu=0.2"),
+}  # fmt: skip
+
+
+def overrides(condition, plain):
+    """What makes the condition hold that does not hold in the `plain` scene."""
+    if condition.holds(plain):
+        return ()
+    if condition.values and condition.key != "load.pressures.is_constant":
+        return (f"{condition.key}={str(condition.values[0]).lower()}",)
+    found = MADE[condition.key]
+    return (found,) if isinstance(found, str) else found
+
+
+@pytest.mark.parametrize("rule", RULES, ids=lambda rule: " & ".join(i.words for i in rule.named))
+def test_a_scene_that_breaks_it_is_refused(rule):
+    path = ROOT / "cases" / "thesis_1bar.toml"
+    plain, given = Tables.model_validate(read_scene(path, BASE)), {}
+    for condition in (*rule.where, *rule.named):
+        for text in overrides(condition, plain):
+            given.setdefault(text.partition("=")[0], text)
+    changes = [*BASE, *given.values()]
+    said = rule.fault(Tables.model_validate(read_scene(path, changes)))
+    assert said.endswith(f"allowed: {rule.allowed}") and "contradict each other" in said
+    for condition in rule.named:
+        assert condition.key in said or condition.shown in said
+    with pytest.raises(SceneError, match="contradict"):
+        load_scene(path, changes)
+
+
+def test_no_case_breaks_a_rule():
+    for path in sorted((ROOT / "cases").glob("*.toml")):
+        scene = load_scene(path)
+        assert not any(rule.fault(scene) for rule in RULES)
