@@ -1,7 +1,8 @@
 """Sphinx extension: the reference pages that follow from the program itself.
 
-Directives: `scene-keys`, `scene-rules`, `run-columns TABLE`, `commands`, `validation-table NAME`, `studies`. Each
-raises an error where what the program has and what `docs/reference/*.toml` describes differ.
+Directives: `scene-keys`, `scene-rules`, `run-columns TABLE`, `commands`, `validation-table NAME`,
+`studies`. Each raises an error where what the program has and what `docs/reference/*.toml`
+describes differ.
 """
 
 from __future__ import annotations
@@ -268,8 +269,8 @@ def _fences(app: Sphinx, kind: str, name: str, what: Any, options: Any, lines: l
 def setup(sphinx: Sphinx) -> dict[str, bool]:
     """Register the directives."""
     for name, kind in (
-        ("scene-keys", SceneKeys), ("scene-rules", SceneRules), ("run-columns", RunColumns), ("commands", Commands),
-        ("validation-table", ValidationTable), ("studies", Studies),
+        ("scene-keys", SceneKeys), ("scene-rules", SceneRules), ("run-columns", RunColumns),
+        ("commands", Commands), ("validation-table", ValidationTable), ("studies", Studies),
     ):  # fmt: skip
         sphinx.add_directive(name, kind)
     sphinx.connect("autodoc-process-docstring", _fences)
