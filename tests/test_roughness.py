@@ -9,7 +9,6 @@ from scipy.ndimage import gaussian_filter
 from scipy.sparse import csr_array, diags
 from scipy.sparse.linalg import spsolve
 
-from iceslide_fem.preprocess.roughness.doubts import wave_doubts
 from iceslide_fem.preprocess.roughness.generate import SurfaceSpec, generate
 from iceslide_fem.preprocess.roughness.half_space import press
 from iceslide_fem.preprocess.roughness.parameters import (
@@ -27,7 +26,7 @@ from iceslide_fem.preprocess.roughness.surface import (
     spectrum_fit,
     statistics,
 )
-from iceslide_fem.preprocess.roughness.survey import parameters
+from iceslide_fem.preprocess.roughness.survey import parameters, wave_doubts
 from iceslide_fem.runtime.errors import SceneError
 
 pytestmark = pytest.mark.quick

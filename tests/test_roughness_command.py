@@ -14,9 +14,8 @@ from surface_spec import SPEC
 
 from iceslide_fem.cli import main
 from iceslide_fem.preprocess.roughness import prepare
-from iceslide_fem.preprocess.roughness.case import RoughnessCase
+from iceslide_fem.preprocess.roughness.case import RoughnessCase, material
 from iceslide_fem.preprocess.roughness.generate import SurfaceSpec, generate
-from iceslide_fem.preprocess.roughness.material import material
 from iceslide_fem.preprocess.roughness.read import read_surface
 from iceslide_fem.preprocess.roughness.surface import Surface, levelled, low_passed
 from iceslide_fem.preprocess.roughness.survey import COLUMNS, parameters, survey, table

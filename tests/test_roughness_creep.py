@@ -8,11 +8,10 @@ import pytest
 from surface_spec import SPEC
 
 from iceslide_fem.cli import main
-from iceslide_fem.preprocess.roughness.case import RoughnessCase
+from iceslide_fem.preprocess.roughness.case import RoughnessCase, material
 from iceslide_fem.preprocess.roughness.creep import STEP_TOLERANCE, hold, step_error, steps
 from iceslide_fem.preprocess.roughness.generate import SurfaceSpec, generate
 from iceslide_fem.preprocess.roughness.half_space import press
-from iceslide_fem.preprocess.roughness.material import material
 from iceslide_fem.preprocess.roughness.parameters import measure
 from iceslide_fem.preprocess.roughness.survey import survey
 from iceslide_fem.relaxation.prony import Prony, delayed

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from iceslide_fem.api.datasets import variables
+from iceslide_fem.api.runs import variables
 from iceslide_fem.film.point import simulate
 from iceslide_fem.film.point_conditions import RANGES, Conditions
 from iceslide_fem.film.point_result import PointResult

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from iceslide_fem.api.datasets import Variables, plain_attributes, variables
+from iceslide_fem.api.runs import Variables, plain_attributes, variables
 from iceslide_fem.preprocess.footprint import command as footprints
 from iceslide_fem.preprocess.footprint.survey import Survey
 from iceslide_fem.preprocess.roughness import command as surfaces

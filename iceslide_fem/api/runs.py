@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Literal
 import xarray as xr
 
 from iceslide_fem import simulate
-from iceslide_fem.api.datasets import plain_attributes, variables
 from iceslide_fem.postprocess import results
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import Scene, as_toml
@@ -23,9 +22,42 @@ if TYPE_CHECKING:
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from iceslide_fem.runtime.arrays import plain
+from iceslide_fem.runtime.column_names import attributes_of
 from iceslide_fem.scene import override, put, read_scene, scene_from_dict
 from iceslide_fem.scene.cases import scene_path
+
+Variables = dict[str, xr.Variable]
+
+
+def variables(columns: Mapping[str, ArrayLike], dimensions: str | Sequence[str]) -> Variables:
+    """A variable over `dimensions` for each of the `columns`."""
+    found = {}
+    for name, values in columns.items():
+        array = np.asarray(values)
+        if array.dtype.kind == "O":
+            array = array.astype(str)
+        found[name] = xr.Variable(dimensions, array, attributes_of(name))
+    return found
+
+
+def plain_attributes(entries: Mapping[str, Any]) -> dict[str, Any]:
+    """Those of the `entries` of a summary that are numbers or texts; NaN for what did not happen.
+
+    Warnings are one text. Files of `Dataset.to_netcdf` hold all of them.
+    """
+    found: dict[str, Any] = {}
+    for name, value in entries.items():
+        if value is None:
+            found[name] = np.nan
+        elif name == "warnings":
+            found[name] = "; ".join(value)
+        elif isinstance(value, int | float | str):
+            found[name] = int(value) if isinstance(value, bool) else value
+    return found
 
 
 def load_scene(

@@ -11,7 +11,7 @@ import numpy as np
 from iceslide_fem.laws.protocol import Contact, Response, Surface
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.units import ZERO_CELSIUS
-from iceslide_fem.scene.mu_table import LARGEST, read_table
+from iceslide_fem.scene.film import LARGEST, read_table
 
 if TYPE_CHECKING:  # slow import, needed for tables only
     from scipy.interpolate import RegularGridInterpolator

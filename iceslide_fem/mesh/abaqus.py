@@ -15,8 +15,18 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from iceslide_fem.mesh.abaqus_cards import Card, items, key, real, scopes_of, span, whole
-from iceslide_fem.mesh.abaqus_elements import SHELLS, Element, kind_of
+from iceslide_fem.mesh.abaqus_cards import (
+    SHELLS,
+    Card,
+    Element,
+    items,
+    key,
+    kind_of,
+    real,
+    scopes_of,
+    span,
+    whole,
+)
 from iceslide_fem.mesh.named_cells import (
     FIRST_ORDER,
     KINDS,

@@ -15,7 +15,6 @@ from __future__ import annotations
 import argparse
 import importlib.util
 import os
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -27,8 +26,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import differential_evolution
 
+from iceslide_fem.postprocess.report.png import figure_of
 from iceslide_fem.preprocess.roughness.case import RoughnessCase
-from iceslide_fem.preprocess.roughness.figures import draw as draw_survey
+from iceslide_fem.preprocess.roughness.charts import charts
 from iceslide_fem.preprocess.roughness.generate import SurfaceSpec, generate
 from iceslide_fem.preprocess.roughness.half_space import press
 from iceslide_fem.preprocess.roughness.parameters import Definition
@@ -38,7 +38,7 @@ from iceslide_fem.preprocess.roughness.survey import table as csv_text
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import IceslideError
 from iceslide_fem.scene.materials import BAR, CONTACT_TABLES, YOUNGS_MODULUS
-from scripts.studies.common import ROOT, iceslide_words, options, picture_options, table
+from scripts.studies.common import ROOT, draw, iceslide_words, options, picture_options, table
 
 SURFACES = ROOT / "cases" / "surfaces"
 REMARKS = {
@@ -64,11 +64,9 @@ def compounds(given: argparse.Namespace) -> None:
     found = surveyed("B", "0.2bar:20bar:12")
     head, *rows = (line.split(",") for line in csv_text(found).splitlines() if line[:1] != "#")
     table(head, rows)
-    with tempfile.TemporaryDirectory() as folder:
-        draw_survey([found], Path(folder))
-        given.pictures.mkdir(parents=True, exist_ok=True)
-        for name in ("contact", "parameters"):
-            shutil.copyfile(Path(folder) / f"{name}.png", given.pictures / f"roughness_{name}.png")
+    parts = charts(found.case, [found])
+    for name in ("contact", "parameters"):
+        draw(figure_of(parts[name]), given.pictures / f"roughness_{name}.png")
 
 
 # --- which generated surface has the contact parameters that are published for compound B?

@@ -18,8 +18,13 @@ from itertools import pairwise
 
 import numpy as np
 
-from iceslide_fem.preprocess.roughness.half_space import TOLERANCE, Contact, compliance, pressed
-from iceslide_fem.preprocess.roughness.waves import Waves
+from iceslide_fem.preprocess.roughness.half_space import (
+    TOLERANCE,
+    Contact,
+    Waves,
+    compliance,
+    pressed,
+)
 from iceslide_fem.relaxation.prony import Prony, delayed, mean_response
 from iceslide_fem.runtime.arrays import Array
 

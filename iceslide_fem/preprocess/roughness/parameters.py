@@ -8,8 +8,7 @@ from typing import Generic, Literal, NamedTuple, TypeVar
 import numpy as np
 from scipy.ndimage import laplace
 
-from iceslide_fem.preprocess.roughness.half_space import Contact
-from iceslide_fem.preprocess.roughness.waves import Waves
+from iceslide_fem.preprocess.roughness.half_space import Contact, Waves
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.runtime.errors import SimulationStopped
 
