@@ -19,6 +19,7 @@ from iceslide_fem.fenics import compat  # noqa: E402
 from iceslide_fem.film.ice_heat import Column  # noqa: E402
 from iceslide_fem.heat.elements import LayeredElements  # noqa: E402
 from iceslide_fem.mesh import gmsh_model  # noqa: E402
+from iceslide_fem.mesh.files import write_mesh  # noqa: E402
 from iceslide_fem.mesh.grid import tensor_grid  # noqa: E402
 from iceslide_fem.mesh.ice import patch_lines, window_lines  # noqa: E402
 from iceslide_fem.mesh.ice_body import (  # noqa: E402
@@ -27,7 +28,6 @@ from iceslide_fem.mesh.ice_body import (  # noqa: E402
     ice_nodes,
     upright_edges,  # noqa: E402
 )
-from iceslide_fem.mesh.readers import write_mesh  # noqa: E402
 from iceslide_fem.mesh.rubber import block_shape  # noqa: E402
 from iceslide_fem.mesh.size import check_memory, unknowns  # noqa: E402
 from iceslide_fem.mesh.user_mesh import load_user_ice  # noqa: E402

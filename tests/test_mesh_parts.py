@@ -8,9 +8,9 @@ import pytest
 pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 
 from iceslide_fem.mesh import gmsh_model  # noqa: E402
+from iceslide_fem.mesh.files import write_mesh  # noqa: E402
 from iceslide_fem.mesh.grid import with_parts  # noqa: E402
 from iceslide_fem.mesh.patches import mesh_patches, rectangle  # noqa: E402
-from iceslide_fem.mesh.readers import write_mesh  # noqa: E402
 from iceslide_fem.mesh.user_mesh import load_user_mesh  # noqa: E402
 from iceslide_fem.runs.doubts import before_run  # noqa: E402
 from iceslide_fem.runtime.errors import SceneError  # noqa: E402

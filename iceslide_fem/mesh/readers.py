@@ -8,35 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import combinations
-from pathlib import Path
 
 import numpy as np
 
 from iceslide_fem.mesh import abaqus, gmsh_model, xdmf
-from iceslide_fem.mesh.ice import ice_lines, tagged_ice
-from iceslide_fem.mesh.ice_body import ice_body
 from iceslide_fem.mesh.named_cells import MeshFile
-from iceslide_fem.mesh.rubber import tagged_rubber
 from iceslide_fem.mesh.soundness import Fault, place
 from iceslide_fem.mesh.tagged import IntArray, TaggedMesh, among
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.scene import Scene
 from iceslide_fem.scene.input_file import companions
-
-
-def write_mesh(scene: Scene, folder: Path | str) -> list[Path]:
-    """Write the scene's rubber and ice meshes as gmsh files to `folder`; returns their paths."""
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    on_mesh = scene.ice.heat == "mesh"
-    ice = ice_body(scene) if on_mesh else tagged_ice(ice_lines(scene), scene.ice.stack)
-    meshes = {"rubber": tagged_rubber(scene), "ice": ice}
-    paths = []
-    for kind, tagged in meshes.items():
-        paths.append(folder / f"{scene.name}_{kind}.msh")
-        gmsh_model.save(tagged, paths[-1])
-    return paths
-
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "inch": 0.0254}  # of coordinates, in m
 LARGEST_FILE = 1_000_000_000  # bytes
