@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Self
+from typing import Annotated, Any, Self
 
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
@@ -56,13 +56,13 @@ class FilmCase(BaseModel):
         return DryShear(self.dry_stress, self.dry_softening, self.dry_residual)
 
     @property
-    def film_words(self) -> dict[str, object]:
-        """Command options (without hyphens) of the same films."""
-        words: dict[str, object] = {"initial-height": self.initial_height}
+    def film_options(self) -> dict[str, Any]:
+        """Options of a command on footprints with the same films."""
+        given = {"temperature": self.ice_temperature, "initial_height": self.initial_height}
         dry = self.dry_shear
         if dry.stress is not None:
-            words |= {f"dry-{name}": value for name, value in dry._asdict().items()}
-        return words
+            given |= {f"dry_{name}": value for name, value in dry._asdict().items()}
+        return given
 
 
 def slider_of(

@@ -10,8 +10,9 @@ import numpy as np
 from iceslide_fem.app.film_case import slider_of
 from iceslide_fem.app.form import Texts
 from iceslide_fem.app.line_case import LineCase
-from iceslide_fem.app.line_snippets import line_command, line_lines
+from iceslide_fem.app.snippets import api_lines
 from iceslide_fem.film.doubts import doubts
+from iceslide_fem.preprocess.footprint.case import FootprintCase
 from iceslide_fem.preprocess.footprint.line import film_line, macroscopic_line
 from iceslide_fem.preprocess.footprint.macroscopic import State, classify, edge_temperatures
 from iceslide_fem.runtime.units import ZERO_CELSIUS
@@ -132,6 +133,6 @@ def curves(texts: Texts) -> dict[str, Any]:
         "series": series,
         "numbers": numbers,
         "values": {slider.key: getattr(case, slider.key) for slider in SLIDERS},
-        "python": line_lines(case),
-        "command": line_command(case),
+        "python": api_lines("footprint", case.options, "found.attrs['film.mu_mean']"),
+        "command": FootprintCase.of(case.options).as_command("footprint"),
     }

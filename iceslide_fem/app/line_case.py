@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import model_validator
@@ -18,7 +17,7 @@ from iceslide_fem.preprocess.footprint.reading import read_footprint
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.command_options import Number
 from iceslide_fem.scene.input_file import InputFile
-from iceslide_fem.scene.materials import BAR, Solid
+from iceslide_fem.scene.materials import BAR
 from iceslide_fem.scene.units import Quantity
 
 POINTS = 540  # of a Gaussian profile
@@ -72,23 +71,50 @@ class LineCase(FilmCase):
         return self
 
     @property
+    def options(self) -> dict[str, Any]:
+        """Options of `iceslide footprint` for the same line, with both sources of heat."""
+        found: dict[str, Any] = {}
+        if self.profile == "gaussian":
+            found["gaussian"] = self.length, self.peak, self.sigma
+        elif self.profile == "file":
+            found["line"] = str(self.file)
+        else:
+            last = len(self.pressures()[0]) - 1
+            found = self.picture | {"row": last - round(self.row * last)}
+        found |= {"speed": self.speed, "slip": self.slip} | self.film_options
+        return found | (self.balance if self.thesis_balance == "yes" else {})
+
+    @property
+    def picture(self) -> dict[str, Any]:
+        """Options of the picture; a line does not use its width."""
+        size = {"length": self.length, "width": self.length, "max_pressure": self.max_pressure}
+        boxes = {"legend": self.legend, "crop": self.crop}
+        given = {name: str(box) for name, box in boxes.items() if box}
+        return {"image": str(self.image)} | size | given
+
+    @property
+    def balance(self) -> dict[str, Any]:
+        """Options of the thesis's macroscopic model."""
+        ice = self.ice_conductivity, self.ice_density, self.ice_heat_capacity
+        tread = THESIS.tread._replace(conductivity=self.tread_conductivity)
+        found: dict[str, Any] = {
+            "thesis_balance": True,
+            "static_friction": self.static_friction,
+            "depth": self.depth,
+            "ice_material": ice,
+            "tread_material": tread[:3],
+            "water_conductivity": self.water_conductivity,
+        }
+        if self.source == "next pixel":
+            found |= {"thesis_slip": self.slip, "thesis_time": self.time}
+        air = self.air_temperature
+        return found | ({} if air is None else {"air_temperature": air})
+
+    @property
     def parameters(self) -> Macroscopic:
-        """Parameters of the model besides the pressure."""
-        ice = Solid(self.ice_conductivity, self.ice_density, self.ice_heat_capacity)
-        return Macroscopic(
-            speed=self.speed,
-            slip=self.slip,
-            static_friction=self.static_friction,
-            ice_temperature=self.ice_temperature,
-            air_temperature=self.air_temperature,
-            source=self.source,
-            time=self.time,
-            depth=self.depth,
-            ice=ice,
-            tread=THESIS.tread._replace(conductivity=self.tread_conductivity),
-            water_conductivity=self.water_conductivity,
-            effusivity=ice.effusivity,
-        )
+        """Parameters of the thesis's model besides the pressure."""
+        case = FootprintCase.of(self.options | self.balance)
+        return case.moving if self.source == "moving" else case.thesis
 
     def pressure(self) -> tuple[Array, float]:
         """The profile (nx,), Pa, and the length of a pixel (m). Raises SceneError."""
@@ -105,20 +131,13 @@ class LineCase(FilmCase):
     def pressures(self) -> tuple[Array, float]:
         """All rows of the picture (ny, nx), Pa, and the length of a pixel (m)."""
         assert self.image is not None
-        changed = self.image.stat().st_mtime
-        return _pressures(
-            self.image, changed, self.length, self.max_pressure, self.legend, self.crop
-        )
+        return _pressures(self.image.stat().st_mtime, **self.picture)
 
 
 @lru_cache(maxsize=4)
-def _pressures(
-    image: Path, changed: float, length: float, max_pressure: float, legend: Any, crop: Any
-) -> tuple[Array, float]:
-    """Pressures of a picture, cached by its time `changed`; a line does not use its width."""
-    values = {"image": image, "length": length, "width": length, "max_pressure": max_pressure}
-    case = FootprintCase.of(values | {"legend": legend, "crop": crop})
-    found = read_footprint(case).pressure_map
+def _pressures(changed: float, **picture: Any) -> tuple[Array, float]:
+    """Pressures of a picture, cached by the time that it was `changed`."""
+    found = read_footprint(FootprintCase.of(picture)).pressure_map
     return found.pressure, found.dx
 
 

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Mapping
 from pprint import pformat
 from textwrap import indent
 from typing import Any
 
 from iceslide_fem.app.form import Slider
-from iceslide_fem.scene.shear_strength import DryShear
 
 Tables = Mapping[str, Any]
 
@@ -70,23 +68,10 @@ summary = run(scene, {out!r})
 """
 
 
-def command(words: str, options: Mapping[str, object]) -> str:
-    """A command of `words` and named options, one per line."""
-    lines = (f"    --{name} {shlex.quote(str(value))}" for name, value in options.items())
-    return " \\\n".join([words, *lines])
-
-
-def joined(*values: float) -> str:
-    """Values of one option."""
-    return ",".join(map(repr, values))
-
-
-def strength_lines(dry: DryShear) -> tuple[str, str]:
-    """Import and Python expression of the strength of dry contact."""
-    if dry.stress is None:
-        return "", "None"
-    imported = "from iceslide_fem.scene.shear_strength import DryShear\n"
-    return imported, f"DryShear{tuple(dry)}.strength(MELTING_TEMPERATURE)"
+def api_lines(name: str, options: Mapping[str, object], shown: str) -> str:
+    """Python code that calls a function of the package with `options`; shown: what it prints."""
+    given = "\n".join(f"    {key}={value!r}," for key, value in options.items())
+    return f"import iceslide_fem\n\nfound = iceslide_fem.{name}(\n{given}\n)\nprint({shown})\n"
 
 
 def _scene(tables: Tables) -> str:

@@ -9,8 +9,9 @@ import numpy as np
 
 from iceslide_fem.app.film_case import slider_of
 from iceslide_fem.app.form import Texts
+from iceslide_fem.app.snippets import api_lines
 from iceslide_fem.app.wheel_case import WheelLine
-from iceslide_fem.app.wheel_snippets import wheel_command, wheel_lines
+from iceslide_fem.preprocess.wheel.case import WheelCase
 from iceslide_fem.preprocess.wheel.friction import Curve, SlipPoint, friction
 from iceslide_fem.preprocess.wheel.output import little_melting
 from iceslide_fem.runtime.units import ZERO_CELSIUS
@@ -76,8 +77,8 @@ def curves(texts: Texts) -> dict[str, Any]:
         },
         "numbers": {"peak_slip": peak.slip, "mu_peak": peak.mu, "mu_locked": locked.mu},
         "values": {slider.key: getattr(case, slider.key) for slider in SLIDERS},
-        "python": wheel_lines(case),
-        "command": wheel_command(case),
+        "python": api_lines("wheel", case.options, "found['mu'].to_series()"),
+        "command": WheelCase.of(case.options).as_command("wheel"),
     }
 
 

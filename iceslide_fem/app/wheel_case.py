@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import model_validator
@@ -30,6 +30,7 @@ CELLS = 20  # along the patch; a redraw takes less than 150 ms
 PHASES = 5  # of a pattern, with the same time
 # Slip ratios, denser at low slip, where dry contact has its peak.
 SLIPS = tuple(round((i / 20) ** 2, 4) for i in range(21))
+EVEN = 5.0  # m, standard deviation of a Gaussian that is uniform over any patch
 TOLERANCE = 2e-2  # of the films; the cells dominate the error of the curve
 
 
@@ -99,6 +100,23 @@ class WheelLine(FilmCase):
             Tread(self.stiffness, pattern),
             contact,
         )
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """Options of `iceslide wheel` for the same wheel, which has finer pixels.
+
+        There a uniform pressure is a Gaussian much wider than the patch.
+        """
+        sigma = self.sigma if self.profile == "gaussian" else EVEN
+        found = {
+            "gaussian": (self.length, self.pressure, sigma),
+            "speed": self.speed,
+            "slip": list(SLIPS),
+            "stiffness": f"{self.stiffness!r} Pa/m",
+        }
+        if self.tread == "blocks":
+            found |= {"pitch": self.pitch, "groove": self.groove}
+        return found | self.film_options
 
 
 KEYS = list(WheelLine.model_fields)

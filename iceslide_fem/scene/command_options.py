@@ -96,4 +96,6 @@ def _as_typed(value: Any) -> list[str]:
 
 
 def _number(value: Any) -> str:
-    return f"{value:.10g}" if isinstance(value, float) else str(value)
+    """A value as a text that reads back as the same value."""
+    short = f"{value:g}" if isinstance(value, float) else str(value)
+    return short if not isinstance(value, float) or float(short) == value else repr(value)
