@@ -16,7 +16,10 @@ ROOT = Path(__file__).parent.parent
 ROWS = "[['0 ms', '1 bar'], ['1 ms', '2 bar']]"
 BASE = ("model=slice", "ice.heat=column")
 MADE = {
-    "ice.mesh": ("ice.mesh=meshes/siped_block.msh", "ice.heat=mesh"),
+    "ice.mesh": "ice.mesh=meshes/siped_block.msh",
+    "ice.depth": "ice.depth=1mm",
+    "ice.layers": "ice.layers=[{conductivity=50, density=7800, heat_capacity=500}]",
+    "ice.base_temperature": "ice.base_temperature=-5degC",
     "rubber.mesh": "rubber.mesh=meshes/siped_block.msh",
     "load.changes": f"load.pressure={ROWS}",
     "load.pressures.is_constant": f"load.pressure={ROWS}",
@@ -37,7 +40,7 @@ MADE = {
     "film.dry_shear.softens": ("film.dry_stress=2bar", "film.dry_softening=10"),
     "film.conductance": "film.conductance=1e5",
     "ice.is_wet": "ice.water=20um",
-    "ice.has_rows": ("ice.conductivity=[[250, 2.4], [270, 2.2]]", "ice.heat=mesh"),
+    "ice.has_rows": "ice.conductivity=[[250, 2.4], [270, 2.2]]",
     "ice.heat": "ice.heat=column",
     "water.table": "water.viscosity=[[272, 1.9e-3], [274, 1.7e-3]]",
     "friction.law": ("friction.law=coulomb", "friction.mu=0.2"),

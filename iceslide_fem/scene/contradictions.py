@@ -7,6 +7,7 @@ import numpy as np
 from iceslide_fem.relaxation.doubts import FURTHEST_UNDETERMINED, outside
 from iceslide_fem.relaxation.shift import Shift
 from iceslide_fem.runtime.units import ZERO_CELSIUS, readable
+from iceslide_fem.scene.ground import check_ground
 from iceslide_fem.scene.materials import BAR
 from iceslide_fem.scene.rules import check_rules
 from iceslide_fem.scene.shape import check_room_across
@@ -25,6 +26,7 @@ def check_contradictions(scene: Tables) -> None:
         )
     _rows_are_apart(scene)
     check_rules(scene)
+    check_ground(scene.ice)
     _rubber_relaxes_here(scene)
     if scene.film.contact_age and scene.rubber.relaxation is None:
         raise ValueError(

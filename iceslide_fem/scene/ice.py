@@ -10,7 +10,6 @@ from pydantic import field_validator, model_validator
 
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.units import ZERO_CELSIUS
-from iceslide_fem.scene.ground import GroundLayer, check_ground
 from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.materials import (
     BOTTOMLESS,
@@ -23,7 +22,7 @@ from iceslide_fem.scene.materials import (
     ViscosityTable,
 )
 from iceslide_fem.scene.rows import Rows, RowsOf
-from iceslide_fem.scene.units import Quantity, Table
+from iceslide_fem.scene.units import Name, Quantity, Table
 
 WARMEST = 1e-3  # K below its melting temperature
 VISCOSITY = RowsOf(
@@ -48,6 +47,29 @@ HEAT_CAPACITY = RowsOf(
     Quantity("J/kg/K", "100 J/kg/K", "10000 J/kg/K"),
     "100 J/kg/K",
 )
+
+
+REGION = "ice"  # name of the ice region of a mesh
+
+
+class GroundLayer(Table):
+    """A layer below the ice: name, conductivity, density, heat capacity, and thickness.
+
+    Units are W/(m K), kg/m3, J/(kg K) and m. A user's mesh has the thickness itself.
+    """
+
+    name: Name | None = None
+    thickness: Annotated[float, Quantity("m", "1 um", "1 m")] | None = None
+    conductivity: Annotated[float, Quantity("W/m/K", "0.001 W/m/K", "3000 W/m/K")]
+    density: Annotated[float, Quantity("kg/m^3", "1 kg/m^3", "25000 kg/m^3")]
+    heat_capacity: Annotated[float, Quantity("J/kg/K", "10 J/kg/K", "10000 J/kg/K")]
+
+    @property
+    def as_layer(self) -> Layer:
+        """The layer with its thermal properties. Name and (without a mesh) thickness are given."""
+        assert self.name is not None  # by `scene.ground`
+        solid = Solid(self.conductivity, self.density, self.heat_capacity)
+        return Layer(self.name, self.thickness or 0.0, solid)
 
 
 class Ice(Table):
@@ -100,11 +122,6 @@ class Ice(Table):
                 f"ice.melting_temperature = {self.melting_temperature - ZERO_CELSIUS:.6g} degC; "
                 f"allowed: up to {highest - ZERO_CELSIUS:.6g} degC"
             )
-        return self
-
-    @model_validator(mode="after")
-    def _lies_on_something(self) -> Self:
-        check_ground(self)
         return self
 
     @property

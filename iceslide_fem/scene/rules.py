@@ -79,6 +79,7 @@ class Rule(NamedTuple):
 POINT, BLOCKS = Is("model", ("point",)), Is("model", besides=("point",))
 SLIDING = Is("ice.motion", ("sliding",))
 OTHER_LAW, FILM_LAW = Is("friction.law", besides=("film",)), Is("friction.law", ("film",))
+UNMESHED = Is("ice.heat", besides=("mesh",))
 HALF_SPACE = Is("ice.heat", ("half-space",))
 WARM_RUBBER = Is("rubber.heat")
 CHANGES = Is("load.changes", shown="rows of load.pressure or load.speed")
@@ -111,6 +112,21 @@ def _passing(key: Is) -> tuple[Rule, ...]:
 
 
 RULES = (
+    *(
+        Rule((Is("ice.heat", ("half-space", "continuum")), condition),
+             "it takes the ice as a half-space", "ice.heat = 'column' or 'mesh'")
+        for condition in (
+            Is("ice.depth"), Is("ice.layers"), Is("ice.base_temperature"),
+            Is("ice.base", ("held",)),
+        )
+    ),
+    Rule((ROWS_OF_ICE, UNMESHED), "rows make it nonlinear", "ice.heat = 'mesh'"),
+    Rule((Is("ice.mesh"), UNMESHED), "", "ice.heat = 'mesh'"),
+    Rule((Is("ice.mesh"), SLIDING), "ice that passes is a window of equal cells",
+         "ice.motion = 'attached'"),
+    Rule((Is("ice.mesh"), Is("ice.depth")), "the mesh has the depth", "one of them"),
+    Rule((Is("ice.base_temperature"), Is("ice.base", ("insulated",))),
+         "no heat leaves an insulated base", "ice.base = 'held'"),
     Rule((Is("ice.mesh"), POINT), "below a point the ice is a column, and nothing says how deep",
          f"{FE}, or ice.depth and ice.layers instead of ice.mesh"),
     Rule((Is("film.carrier", ("rubber",)), POINT), f"{ON_A_POINT}, and so is its history",
@@ -175,7 +191,7 @@ RULES = (
         Rule((Is("rubber.heat", ("mesh",)), condition), reason, f"{allowed}rubber.heat = true",
              (BLOCKS, *where))
         for condition, reason, allowed, where in (
-            (Is("ice.heat", besides=("mesh",)), "both meshes are solved together",
+            (UNMESHED, "both meshes are solved together",
              "ice.heat = 'mesh', or ", ()),
             (ROWS_OF_ICE, "rows make it nonlinear", "numbers, or ", ()),
             (Is("film.carrier", ("ice",)), "films that pass meet other points of the rubber in "
