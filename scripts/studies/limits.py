@@ -46,10 +46,9 @@ from iceslide_fem.film.loads import film_loads
 from iceslide_fem.film.point import Conditions, simulate
 from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.mesh.size import unknowns
-from iceslide_fem.rubber.block import Block
-from iceslide_fem.rubber.build import build_block
+from iceslide_fem.rubber.block import Block, build_block
 from iceslide_fem.rubber.contact import default_penalty
-from iceslide_fem.rubber.equilibrium import Solution, TractionLaw
+from iceslide_fem.rubber.loaded_block import Solution, TractionLaw
 from iceslide_fem.rubber.press import PathPoint, press
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import NotConverged, SimulationStopped
