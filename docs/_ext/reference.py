@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import ast
 import csv
-import math
 import os
 import subprocess
 import sys
@@ -26,9 +25,8 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
 from iceslide_fem.cli import app
-from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import Scene
-from iceslide_fem.scene.fields import leaves, quantity_of, with_unit
+from iceslide_fem.scene.fields import default_text, leaves, quantity_of
 from iceslide_fem.scene.rows import RowsOf
 from iceslide_fem.scene.rules import RULES
 from iceslide_fem.scene.units import Quantity
@@ -87,33 +85,19 @@ def default(field: FieldInfo) -> str:
     """What a key is if it is not given."""
     if field.is_required():
         return "needed"
-    value, quantity = field.default, _quantity(field)
-    if value is None or value == () or value == {}:
-        return "–"
-    if isinstance(value, bool):
-        return f"`{str(value).lower()}`"
-    if isinstance(value, tuple):
-        return ", ".join(f"`{one}`" for one in value)
-    if isinstance(value, str):
-        return f"`{value}`"
-    if quantity is None or not quantity.unit:
-        return f"{value:g}"
-    if quantity.unit == "K" and quantity.low.endswith("degC"):
-        return f"{value - ZERO_CELSIUS:g} degC"
-    if quantity.unit == "rad":
-        return f"{math.degrees(value):g} deg"
-    return with_unit(value, quantity.unit)
+    text = default_text(field)
+    is_word = isinstance(field.default, bool | str | tuple)
+    return (f"`{text}`" if is_word else text) or "–"
 
 
 def scene_keys() -> Iterator[tuple[str, list[Row]]]:
     """Table of a scene and its keys: key, default, allowed, meaning."""
-    meanings = tomllib.loads((REFERENCE / "keys.toml").read_text(encoding="utf-8"))
-    fields = dict(leaves(Scene))
-    _same("docs/reference/keys.toml", meanings, fields)
     tables: dict[str, list[Row]] = {}
-    for key, field in fields.items():
+    for key, field in leaves(Scene):
+        if not field.description:
+            raise Faulty(f"{key} has no meaning: give it one by `scene.units.key`")
         table = key.rpartition(".")[0] or "scene"
-        row = f"`{key}`", default(field), allowed(field), meanings[key]
+        row = f"`{key}`", default(field), allowed(field), field.description
         tables.setdefault(table, []).append(row)
     yield from tables.items()
 

@@ -10,12 +10,10 @@ import numpy as np
 
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.runtime.units import ZERO_CELSIUS, readable
 from iceslide_fem.scene import Scene, parsed, put, scene_from_dict
-from iceslide_fem.scene.fields import leaves, quantity_of
+from iceslide_fem.scene.fields import default_text, leaves, quantity_of
 from iceslide_fem.scene.materials import COMPOUNDS
 from iceslide_fem.scene.rows import RowsOf
-from iceslide_fem.scene.units import Quantity
 
 Texts = Mapping[str, str]
 
@@ -59,8 +57,8 @@ class Slider(NamedTuple):
 def fields() -> list[dict[str, Any]]:
     """Data of a field for every key of a scene, in the order of the model.
 
-    key; kind: text, choice or switch; choices; unit; low and high as a user types them; default:
-    shown in an empty field; required.
+    key; kind: text, choice or switch; choices; unit; low and high as a user types them; help: what
+    it means; default: shown in an empty field; required.
     """
     return [_field(key, field) for key, field in leaves(Scene)]
 
@@ -133,20 +131,10 @@ def _field(key: str, field: Any) -> dict[str, Any]:
         "unit": quantity.unit if quantity else "",
         "low": quantity.low if quantity else "",
         "high": quantity.high if quantity else "",
+        "help": field.description or "",
         "required": field.is_required(),
-        "default": "" if field.is_required() else _default(field.default, quantity),
+        "default": default_text(field),
     }
-
-
-def _default(value: Any, quantity: Quantity | None) -> str:
-    """A default as a user types it, temperatures as their ranges in degrees Celsius."""
-    if value is None or value == {}:
-        return ""
-    if quantity is not None and quantity.low.endswith("degC"):
-        return f"{value - ZERO_CELSIUS:g} degC"
-    if quantity is not None and quantity.unit in ("m", "s") and value:
-        return readable(value, quantity.unit)
-    return f"{_text(value)} {quantity.unit}".strip() if quantity else _text(value)
 
 
 def _text(value: Any) -> str:

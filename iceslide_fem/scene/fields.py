@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Iterator
 from html import escape
@@ -53,7 +54,7 @@ def default_text(field: FieldInfo) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, tuple):
-        return ", ".join(map(str, value))
+        return json.dumps(value)
     if quantity is None or not isinstance(value, float):
         return str(value)
     if quantity.low.endswith("degC"):

@@ -21,7 +21,7 @@ from iceslide_fem.scene.shear_strength import (
     USUAL_RESIDUAL,
     DryShear,
 )
-from iceslide_fem.scene.units import Quantity, Table
+from iceslide_fem.scene.units import Quantity, Table, key
 
 if TYPE_CHECKING:  # takes long to import, and only tables need it
     from scipy.interpolate import RegularGridInterpolator
@@ -76,10 +76,22 @@ class Friction(Table):
     `parameters` are keyword arguments of the class.
     """
 
-    law: Annotated[str, StringConstraints(strict=True, max_length=1000)] = "film"
-    mu: Annotated[float, Quantity("", "0", "2")] | None = None
-    table: InputFile | None = None
-    parameters: dict[Parameter, Annotated[StrictFloat, Field(allow_inf_nan=False)] | StrictInt] = {}
+    law: Annotated[str, StringConstraints(strict=True, max_length=1000)] = key(
+        "film",
+        "The friction law: the water film, Coulomb's friction, or a law of your own (a file and"
+        " a class).",
+    )
+    mu: Annotated[float, Quantity("", "0", "2")] | None = key(
+        None, "Friction coefficient of Coulomb's friction."
+    )
+    table: InputFile | None = key(
+        None,
+        "Friction coefficient over temperature and speed, for Coulomb's friction, instead of "
+        "`friction.mu`.",
+    )
+    parameters: dict[Parameter, Annotated[StrictFloat, Field(allow_inf_nan=False)] | StrictInt] = (
+        key({}, "Arguments of the class of a law of your own.")
+    )
 
     @model_validator(mode="after")
     def _one_law(self) -> Self:
@@ -142,23 +154,88 @@ class Film(Table):
     their water bears a part of the pressure.
     """
 
-    carrier: Literal["ice", "rubber"] = "ice"
-    pressure: Literal["local", "nominal"] = "local"
-    k: Annotated[float, Quantity("", "1e-6", "1")] | None = None
-    D: Annotated[float, Quantity("m", "0.01 um", "10 mm")] | None = None
-    H_V: Annotated[float, Quantity("m", "1 nm", "10 mm")] | None = None
-    contact: InputFile | None = None
-    contact_age: StrictBool = False
-    contact_modulus: Annotated[float, Quantity("Pa", "1 kPa", "100 GPa")] | None = None
-    initial_height: Annotated[Any, HEIGHT] = 70e-9
-    conductance: Annotated[float, Quantity("W/m^2/K", "10 W/m^2/K", "1e9 W/m^2/K")] | None = None
-    water_speed: Annotated[float, Quantity("", "0", "1")] = 1.0
-    dry_stress: Annotated[Any, DRY_STRESS] | None = None
-    dry_softening: Annotated[float, SOFTENING] | None = None
-    dry_residual: Annotated[float, RESIDUAL] = USUAL_RESIDUAL
-    refreeze: Literal["nothing", "film", "all"] = "nothing"
-    between: Literal["freeze", "drain", "keep"] = "freeze"
-    voids: Literal["stop", "carry"] = "stop"
+    carrier: Literal["ice", "rubber"] = key(
+        "ice",
+        "What the films belong to when ice slides: the `ice` or the `rubber`. The same for the "
+        "history of a law of your own. No effect with attached ice.",
+    )
+    pressure: Literal["local", "nominal"] = key(
+        "local",
+        "Pressure that sets k, D, H_V and the squeeze-out: that of the contact point (`local`),"
+        " or the nominal one (`nominal`).",
+    )
+    k: Annotated[float, Quantity("", "1e-6", "1")] | None = key(
+        None, "Fraction of the area in which asperities touch, instead of the compound's table."
+    )
+    D: Annotated[float, Quantity("m", "0.01 um", "10 mm")] | None = key(
+        None, "Diameter of the contact patches, instead of the compound's table."
+    )
+    H_V: Annotated[float, Quantity("m", "1 nm", "10 mm")] | None = key(
+        None, "Free volume between the asperities per area, instead of the compound's table."
+    )
+    contact: InputFile | None = key(
+        None,
+        "Path of a table of k, D and H_V over pressure, instead of the compound's; relative to "
+        "the scene file.",
+    )
+    contact_age: StrictBool = key(
+        False, "k, D and H_V follow the age of the contact, by the creep of `rubber.prony`."
+    )
+    contact_modulus: Annotated[float, Quantity("Pa", "1 kPa", "100 GPa")] | None = key(
+        None,
+        "Young's modulus of the rubber of `film.contact`, if its file has no column "
+        "`youngs_modulus_Pa`. With `film.contact_age`.",
+    )
+    initial_height: Annotated[Any, HEIGHT] = key(
+        70e-9,
+        "Height of the film at the start; at least 1 nm unless `film.dry_stress` is given. A "
+        "number, or rows of ice temperatures and heights (or the path of a CSV file of them). "
+        "Between rows it is linear, outside it is constant.",
+    )
+    conductance: Annotated[float, Quantity("W/m^2/K", "10 W/m^2/K", "1e9 W/m^2/K")] | None = key(
+        None,
+        "Heat conductance from the film to the ice and to the rubber, with `rubber.heat`. "
+        "Without it 2 k_w / h, with the conductivity k_w of water.",
+    )
+    water_speed: Annotated[float, Quantity("", "0", "1")] = key(
+        1.0,
+        "Speed of squeezed-out water relative to the rubber, over the sliding speed. 1: it "
+        "moves with the ice. 0.5: Couette flow. 0: it moves with the rubber. For a slice or "
+        "block over sliding ice that carries the films.",
+    )
+    dry_stress: Annotated[Any, DRY_STRESS] | None = key(
+        None,
+        "Shear stress of dry contact where asperities touch. It limits the shear of thin films."
+        " A number, or rows of surface temperatures and stresses (or the path of a CSV file of "
+        "them). Values must not rise with temperature. Between rows it is linear, outside it is"
+        " constant.",
+    )
+    dry_softening: Annotated[float, SOFTENING] | None = key(
+        None,
+        "If `film.dry_stress` is a number: the temperature range in which it falls, in "
+        "proportion, to 0. Without it the stress does not depend on temperature.",
+    )
+    dry_residual: Annotated[float, RESIDUAL] = key(
+        USUAL_RESIDUAL,
+        "If `film.dry_stress` is a number: how far above the melting point it would reach 0. "
+        "With 0 the ice never melts.",
+    )
+    refreeze: Literal["nothing", "film", "all"] = key(
+        "nothing",
+        "Whether water freezes where friction does not hold the surface at the melting point: "
+        "`nothing`, the `film`, or `all` water, also that which has been squeezed out. With "
+        "`film.dry_stress`.",
+    )
+    between: Literal["freeze", "drain", "keep"] = key(
+        "freeze",
+        "What happens to water between passes: it freezes as far as the time allows, it is "
+        "gone, or it stays. With `load.passes`.",
+    )
+    voids: Literal["stop", "carry"] = key(
+        "stop",
+        "What happens when voids are full: squeeze-out ends, as published (`stop`), or their "
+        "water bears a part of the pressure (`carry`).",
+    )
 
     @model_validator(mode="after")
     def _all_or_none(self) -> Self:

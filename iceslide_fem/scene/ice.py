@@ -22,7 +22,7 @@ from iceslide_fem.scene.materials import (
     ViscosityTable,
 )
 from iceslide_fem.scene.rows import Rows, RowsOf
-from iceslide_fem.scene.units import Name, Quantity, Table
+from iceslide_fem.scene.units import Name, Quantity, Table, key
 
 WARMEST = 1e-3  # K below its melting temperature
 VISCOSITY = RowsOf(
@@ -92,26 +92,77 @@ class Ice(Table):
     of the block.
     """
 
-    temperature: Annotated[float, Quantity("K", "-80 degC", "-0.001 degC")] = 269.15
-    margin: Annotated[float, Quantity("m", "0 m", "1 m")] = 0.0
-    cell: Annotated[float, Quantity("m", "0.1 um", "10 mm")] | None = None
-    trail: Annotated[float, Quantity("m", "0 m", "1 m")] = 0.0
-    motion: Literal["attached", "sliding"] = "attached"
-    heat: Literal["half-space", "column", "continuum", "mesh"] = "column"
-    depth: Annotated[float, Quantity("m", "10 um", "1 m")] | None = None
-    base: Literal["insulated", "held"] = "insulated"
-    base_temperature: Annotated[float, Quantity("K", "-80 degC", "30 degC")] | None = None
-    layers: tuple[GroundLayer, ...] = ()
-    mesh: InputFile | None = None
-    mesh_unit: Literal["m", "cm", "mm", "um", "inch"] = "m"
-    conductivity: Annotated[Any, CONDUCTIVITY] = ICE.conductivity
-    density: Annotated[float, Quantity("kg/m^3", "10 kg/m^3", "10000 kg/m^3")] = ICE.density
-    heat_capacity: Annotated[Any, HEAT_CAPACITY] = ICE.heat_capacity
-    melting_temperature: Annotated[float, Quantity("K", "-60 degC", "0.01 degC")] = (
-        ICE.melting_temperature
+    temperature: Annotated[float, Quantity("K", "-80 degC", "-0.001 degC")] = key(
+        269.15, "Temperature of all ice at the start."
     )
-    latent_heat: Annotated[float, Quantity("J/kg", "1 kJ/kg", "10000 kJ/kg")] = ICE.latent_heat
-    water: Annotated[Any, WATER] = 0.0
+    margin: Annotated[float, Quantity("m", "0 m", "1 m")] = key(
+        0.0, "Width of the cold ice beside the contact, for `continuum` and `mesh` ice."
+    )
+    cell: Annotated[float, Quantity("m", "0.1 um", "10 mm")] | None = key(
+        None,
+        "Length of the cells of sliding ice along x. Without it 1/100 of the block's length, "
+        "divided by `numerics.refinement`.",
+    )
+    trail: Annotated[float, Quantity("m", "0 m", "1 m")] = key(
+        0.0, "Length of the sliding ice that is kept behind the block."
+    )
+    motion: Literal["attached", "sliding"] = key(
+        "attached",
+        "`attached`: the same ice stays below the rubber. `sliding`: fresh ice passes below it.",
+    )
+    heat: Literal["half-space", "column", "continuum", "mesh"] = key(
+        "column",
+        "Model of heat conduction in the ice: below each point (`column`), in all directions "
+        "(`continuum`, `mesh`), or by the closed form of the thesis (`half-space`).",
+    )
+    depth: Annotated[float, Quantity("m", "10 um", "1 m")] | None = key(
+        None,
+        "Thickness of the ice, for `column` and `mesh`. Without it the ice is as deep as heat "
+        "reaches.",
+    )
+    base: Literal["insulated", "held"] = key(
+        "insulated",
+        "Lowest face of the ice or of its layers: no heat leaves it (`insulated`), or its "
+        "temperature is held (`held`). `held` needs `ice.depth` or `ice.mesh`.",
+    )
+    base_temperature: Annotated[float, Quantity("K", "-80 degC", "30 degC")] | None = key(
+        None,
+        "Temperature of a held base from t = 0 on, below `ice.melting_temperature`. Without it "
+        "`ice.temperature`.",
+    )
+    layers: tuple[GroundLayer, ...] = key((), "Layers of other materials below the ice, downwards.")
+    mesh: InputFile | None = key(
+        None,
+        'Path of a mesh of your own of the ice and its layers, for `ice.heat = "mesh"`; '
+        "relative to the scene file. Not for a point.",
+    )
+    mesh_unit: Literal["m", "cm", "mm", "um", "inch"] = key(
+        "m", "Unit of the coordinates of `ice.mesh`."
+    )
+    conductivity: Annotated[Any, CONDUCTIVITY] = key(
+        ICE.conductivity,
+        "Heat conductivity of the ice. With `mesh` also rows over its temperature.",
+    )
+    density: Annotated[float, Quantity("kg/m^3", "10 kg/m^3", "10000 kg/m^3")] = key(
+        ICE.density, "Density of the ice."
+    )
+    heat_capacity: Annotated[Any, HEAT_CAPACITY] = key(
+        ICE.heat_capacity, "Heat capacity of the ice. With `mesh` also rows over its temperature."
+    )
+    melting_temperature: Annotated[float, Quantity("K", "-60 degC", "0.01 degC")] = key(
+        ICE.melting_temperature,
+        "Melting temperature. Salt and pressure lower it. It is at least 0.001 K above "
+        "`ice.temperature`.",
+    )
+    latent_heat: Annotated[float, Quantity("J/kg", "1 kJ/kg", "10000 kJ/kg")] = key(
+        ICE.latent_heat, "Latent heat of melting."
+    )
+    water: Annotated[Any, WATER] = key(
+        0.0,
+        'Height of the water on the ice at first, with `film.voids = "carry"`. Or rows `[x, '
+        "water]`: x is a place on the ice from -10 m to 100 m, and 0 is below the middle of the"
+        " block at the start.",
+    )
 
     @model_validator(mode="after")
     def _is_frozen(self) -> Self:
@@ -187,9 +238,14 @@ class Water(Table):
     must not rise with temperature. `table` has these rows.
     """
 
-    viscosity: Annotated[Any, VISCOSITY] = WATER_VISCOSITY
-    conductivity: Annotated[float, Quantity("W/m/K", "0.01 W/m/K", "100 W/m/K")] = (
-        WATER_CONDUCTIVITY
+    viscosity: Annotated[Any, VISCOSITY] = key(
+        WATER_VISCOSITY,
+        "Viscosity of the film: a number, or rows over the temperature of the film (or the path"
+        " of a CSV file of them). Values must not rise with temperature. Between rows it is "
+        "linear, outside it is constant.",
+    )
+    conductivity: Annotated[float, Quantity("W/m/K", "0.01 W/m/K", "100 W/m/K")] = key(
+        WATER_CONDUCTIVITY, "Heat conductivity of the film. For `rubber.heat`."
     )
 
     @field_validator("viscosity")

@@ -9,7 +9,7 @@ from pydantic import Field, field_validator, model_validator
 
 from iceslide_fem.scene.course import Course
 from iceslide_fem.scene.rows import Rows, RowsOf
-from iceslide_fem.scene.units import Quantity, Table
+from iceslide_fem.scene.units import Quantity, Table, key
 
 TIME = Quantity("s", "0 s", "1000 s")
 PRESSURE = RowsOf("time", TIME, Quantity("Pa", "0.01 bar", "100 bar"), "0.01 bar")
@@ -24,15 +24,38 @@ class Load(Table):
     rubber may slide over the same ice several times (`passes`), with a `period` (s).
     """
 
-    pressure: Annotated[Any, PRESSURE]
-    speed: Annotated[Any, SPEED]
-    duration: Annotated[float, Quantity("s", "1e-6 s", "100 s")]
-    static_friction: Annotated[float, Quantity("", "0", "2")] = 0.1
-    interpolation: Literal["linear", "smooth"] = "linear"
-    passes: Annotated[int, Field(ge=1, le=100_000)] = 1
-    period: Annotated[float, Quantity("s", "1e-6 s", "1e6 s")] | None = None
-    pressure_scale: Annotated[float, Quantity("", "0.001", "1000")] = 1.0
-    speed_scale: Annotated[float, Quantity("", "0.001", "1000")] = 1.0
+    pressure: Annotated[Any, PRESSURE] = key(
+        ...,
+        "Nominal pressure: the force of the plate over the nominal area. A number, rows of "
+        "times and values, or the path of a CSV file.",
+    )
+    speed: Annotated[Any, SPEED] = key(
+        ..., "Sliding speed: a number, rows, or a file. In rows it may be 0."
+    )
+    duration: Annotated[float, Quantity("s", "1e-6 s", "100 s")] = key(
+        ..., "Sliding time. The press and the speed ramp come before it."
+    )
+    static_friction: Annotated[float, Quantity("", "0", "2")] = key(
+        0.1, "Friction coefficient while the block is pressed on the ice."
+    )
+    interpolation: Literal["linear", "smooth"] = key(
+        "linear",
+        "Between rows of times and values: straight lines, or a smooth curve without overshoot.",
+    )
+    passes: Annotated[int, Field(ge=1, le=100_000)] = key(
+        1,
+        "How often the rubber slides over the same ice. For a point, or for a slice or block "
+        "over attached ice.",
+    )
+    period: Annotated[float, Quantity("s", "1e-6 s", "1e6 s")] | None = key(
+        None, "Time from the beginning of one pass to the beginning of the next."
+    )
+    pressure_scale: Annotated[float, Quantity("", "0.001", "1000")] = key(
+        1.0, "Factor on the pressure. A sweep can vary rows with it."
+    )
+    speed_scale: Annotated[float, Quantity("", "0.001", "1000")] = key(
+        1.0, "Factor on the speed. A sweep can vary rows with it."
+    )
 
     @field_validator("speed", mode="before")
     @classmethod

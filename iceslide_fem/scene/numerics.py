@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import field_validator
 
-from iceslide_fem.scene.units import Name, Quantity, Table
+from iceslide_fem.scene.units import Name, Quantity, Table, key
 
 Place = Annotated[float, Quantity("m", "-1 m", "1 m")]
 FIELDS = Literal["rubber", "stress", "interface", "contact_points", "ice", "trail"]
@@ -21,9 +21,18 @@ class Output(Table):
     undeformed rubber, on its contact surface (z = 0), or in the ice (z < 0).
     """
 
-    times: int | float | tuple[float, ...] = 25
-    fields: tuple[FIELDS, ...] = ("rubber", "stress", "interface", "ice", "trail")
-    probes: dict[Name, tuple[Place, Place, Place]] = {}
+    times: int | float | tuple[float, ...] = key(
+        25,
+        "When fields are written: the number of parts of the run, an interval, or a list of times.",
+    )
+    fields: tuple[FIELDS, ...] = key(
+        ("rubber", "stress", "interface", "ice", "trail"), "Which fields are written."
+    )
+    probes: dict[Name, tuple[Place, Place, Place]] = key(
+        {},
+        "Places for which `probes.csv` has values: a name and `[x, y, z]` each, under "
+        "`[output.probes]`.",
+    )
 
     @field_validator("times", mode="before")
     @classmethod
@@ -56,10 +65,38 @@ class Numerics(Table):
     a run. Without it a run is stopped only if its remaining time keeps growing.
     """
 
-    tolerance: Annotated[float, Quantity("", "1e-6", "0.1")] = 1e-3
-    refinement: Annotated[float, Quantity("", *map("{:g}".format, REFINEMENTS))] = 1.0
-    penalty: Annotated[float, Quantity("Pa/m", "0.001 MPa/mm", "1e6 MPa/mm")] | None = None
-    shear_ramp_pressure: Annotated[float, Quantity("Pa", "1 Pa", "10 bar")] | None = None
-    film_integrator: Literal["sdirk2", "sdirk3", "implicit-euler", "explicit-euler"] = "sdirk2"
-    max_step: Annotated[float, Quantity("s", "1 ns", "100 s")] | None = None
-    time_limit: Annotated[float, Quantity("s", "1 s", "1e8 s")] | None = None
+    tolerance: Annotated[float, Quantity("", "1e-6", "0.1")] = key(
+        1e-3,
+        "Relative error of mu(t) that steps, ice layers and penalty aim at. The one number to "
+        "choose.",
+    )
+    refinement: Annotated[float, Quantity("", *map("{:g}".format, REFINEMENTS))] = key(
+        1.0, "Divides all cell sizes of the built-in meshes."
+    )
+    penalty: Annotated[float, Quantity("Pa/m", "0.001 MPa/mm", "1e6 MPa/mm")] | None = key(
+        None,
+        "Stiffness of the contact penalty, at least 10 pressure / height. Without it 10 E / "
+        "(height x tolerance), between 100 and 1000 E / height, with Young's modulus E.",
+    )
+    shear_ramp_pressure: Annotated[float, Quantity("Pa", "1 Pa", "10 bar")] | None = key(
+        None,
+        "Friction grows from 0 to its full value between pressure 0 and this pressure, at most "
+        "the nominal one. Without it 5 % of the nominal pressure, or a tenth of the shear at "
+        "the initial film height if that is more.",
+    )
+    film_integrator: Literal["sdirk2", "sdirk3", "implicit-euler", "explicit-euler"] = key(
+        "sdirk2", "Time integration of the film. The Euler methods take fixed steps."
+    )
+    max_step: Annotated[float, Quantity("s", "1 ns", "100 s")] | None = key(
+        None,
+        "Longest step, or the step of the Euler methods. Without it, in a slice or block: 1/40 "
+        "of the duration, and where ice slides at most the time to pass four of its cells. A "
+        "point has no limit; with an Euler method its step is 1/2000 of the duration.",
+    )
+    time_limit: Annotated[float, Quantity("s", "1 s", "1e8 s")] | None = key(
+        None,
+        "Longest time that a slice or block may compute, by the clock. Then it stops with exit "
+        "code 3, says at which stage, and leaves a checkpoint. Without it a run is stopped only"
+        " where no end is in sight: if at the pace of its last 100 steps more than 100000 steps"
+        " and an hour remain, and three times as many steps as at its best estimate before.",
+    )

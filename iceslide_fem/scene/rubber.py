@@ -38,7 +38,7 @@ from iceslide_fem.scene.shape import (
     check_shape,
     evenly_spaced,
 )
-from iceslide_fem.scene.units import Quantity, Table
+from iceslide_fem.scene.units import Quantity, Table, key
 
 LEAST_INSTANTANEOUS_NU = 0.3  # for viscoelastic rubber
 Length = Annotated[float, Quantity("m", "10 um", "1 m")]
@@ -79,46 +79,135 @@ class Rubber(Table):
     fitted to it, and also the shift, unless one is given.
     """
 
-    compound: str | None = None
-    C10: Stiffness | None = None
-    C01: Stiffness | None = None
-    D1: Annotated[float, Quantity("1/Pa", "1e-6 1/MPa", "1000 1/MPa")] | None = None
-    nu: Annotated[float, Quantity("", "0", "0.4995")] | None = Field(
-        None, validation_alias=AliasChoices("nu", "poisson_ratio")
+    compound: str | None = key(None, "Rubber with published constants and contact parameters.")
+    C10: Stiffness | None = key(None, "Mooney-Rivlin constant, instead of a compound.")
+    C01: Stiffness | None = key(None, "Mooney-Rivlin constant, instead of a compound.")
+    D1: Annotated[float, Quantity("1/Pa", "1e-6 1/MPa", "1000 1/MPa")] | None = key(
+        None,
+        "Compressibility, 2/K with the bulk modulus K. It replaces that of a compound. Give "
+        "either `D1` or `nu`.",
     )
-    prony: Arms = None
-    dma: InputFile | None = None
-    wlf: Wlf | None = None
-    shift_factors: Factors = None
-    modulus_is: Literal["instantaneous", "long-term"] | None = None
-    length: Length = 1e-3
-    width: Length = 1e-3
-    height: Length = 1e-3
-    edge_radius: Cut = 0.0
-    chamfer: Cut = 0.0
-    draft_angle: Annotated[float, Quantity("rad", "0 deg", "30 deg")] = 0.0
-    sipes: Sipes = 0
-    sipe_width: Length = 0.5e-3
-    sipe_depth: Length = 4e-3
-    grooves: tuple[Groove, ...] = ()
-    stores_water: StrictBool = False
-    wall_friction: Annotated[float, Quantity("", "0", "2")] = 0.0
-    outline: InputFile | None = None
-    density: Annotated[float, Quantity("kg/m^3", "100 kg/m^3", "10000 kg/m^3")] = 1100.0
-    conductivity: Annotated[float, Quantity("W/m/K", "0.01 W/m/K", "100 W/m/K")] = (
-        RUBBER_CONDUCTIVITY
+    nu: Annotated[float, Quantity("", "0", "0.4995")] | None = key(
+        None,
+        "Poisson's ratio at small strain; `rubber.poisson_ratio` is the same key. Give either "
+        "`D1` or `nu`.",
+        validation_alias=AliasChoices("nu", "poisson_ratio"),
     )
-    heat_capacity: Annotated[float, Quantity("J/kg/K", "100 J/kg/K", "10000 J/kg/K")] = (
-        RUBBER_HEAT_CAPACITY
+    prony: Arms = key(
+        None,
+        "Relaxation: up to 50 arms `[g, tau]`. g is a fraction of the instantaneous modulus, "
+        "tau a time. The sum of all g is below 1.",
     )
-    heat: Annotated[bool | Literal["mesh"], BeforeValidator(_heat)] = False
-    plate: Literal["insulated", "held"] = "insulated"
-    inertia: StrictBool = False
-    rows: Annotated[int, Field(ge=1, le=1000)] = 1
-    row_pitch: Length | None = None
-    mesh: InputFile | None = None
-    mesh_unit: Literal["m", "cm", "mm", "um", "inch"] = "m"
-    mesh_tags: dict[MeshName, Annotated[StrictInt, Field(ge=0)]] = {}
+    dma: InputFile | None = key(
+        None,
+        "Path of a table of storage and loss modulus over frequency and temperature. Arms are "
+        "fitted to it, and the shift too if neither `rubber.wlf` nor `rubber.shift_factors` is "
+        "given. Also relaxation modulus over time and temperature. Instead of `rubber.prony`; "
+        "relative to the scene file.",
+    )
+    wlf: Wlf | None = key(
+        None,
+        "Shift of the times `tau` with temperature: `C1` (of log10), `C2` (K), `reference` (a "
+        "temperature). Below `arrhenius_below` an `activation_energy` holds. `measured`, the "
+        "coldest and warmest isotherm that they come from, lets a run say where they are "
+        "extrapolated.",
+    )
+    shift_factors: Factors = key(
+        None,
+        "Shift of the times `tau` where no WLF equation holds: rows of temperature and log10 "
+        'a_T, as `[["-20 degC", 2.1], ["20 degC", 0]]`. Between rows, and beyond them, an '
+        "activation energy. Two rows are the Arrhenius law. Instead of `rubber.wlf`.",
+    )
+    modulus_is: Literal["instantaneous", "long-term"] | None = key(
+        None,
+        "Which modulus the elastic constants are. Needed with `rubber.prony` or `rubber.dma`, "
+        "because these give ratios of moduli only.",
+    )
+    length: Length = key(1e-3, "Length of the block along the sliding direction x.")
+    width: Length = key(
+        1e-3,
+        "Width of the block across the sliding direction. In a slice or a point it only scales "
+        "forces.",
+    )
+    height: Length = key(1e-3, "Height of the block from the ice to the plate.")
+    edge_radius: Cut = key(
+        0.0,
+        "Radius of all lower edges, also of those at sipes and grooves. 0, or from 1 µm to 0.2 "
+        "of the shortest lug, of the height, and of the depths of sipes and grooves; in a block"
+        " also of the width of lugs.",
+    )
+    chamfer: Cut = key(
+        0.0,
+        "Chamfer of the lower edges at 45° instead of a radius: the length that is cut off on "
+        "either side.",
+    )
+    draft_angle: Annotated[float, Quantity("rad", "0 deg", "30 deg")] = key(
+        0.0, "Angle of the sides to the vertical. The block is wider at the plate than at the ice."
+    )
+    sipes: Sipes = key(
+        0,
+        "Number of evenly spaced sipes, which are slots across the sliding direction. Or a list"
+        " with one table for each sipe.",
+    )
+    sipe_width: Length = key(0.5e-3, "Width of each sipe, along the sliding direction.")
+    sipe_depth: Length = key(4e-3, "Depth of each sipe, from the ice upwards.")
+    grooves: tuple[Groove, ...] = key(
+        (), "Slots along the sliding direction. No effect in a slice."
+    )
+    stores_water: StrictBool = key(
+        False,
+        "Sipes take only the water that their volume holds. Otherwise they take all water. With"
+        ' `film.voids = "carry"`.',
+    )
+    wall_friction: Annotated[float, Quantity("", "0", "2")] = key(
+        0.0, "Friction coefficient between walls of sipes and grooves that touch."
+    )
+    outline: InputFile | None = key(
+        None,
+        "Path of a file with polygons, the block seen from above, instead of the rectangle; "
+        "relative to the scene file.",
+    )
+    density: Annotated[float, Quantity("kg/m^3", "100 kg/m^3", "10000 kg/m^3")] = key(
+        1100.0, "Density. For `rubber.inertia`, `rubber.heat` and `iceslide info`."
+    )
+    conductivity: Annotated[float, Quantity("W/m/K", "0.01 W/m/K", "100 W/m/K")] = key(
+        RUBBER_CONDUCTIVITY, "Heat conductivity. For `rubber.heat`."
+    )
+    heat_capacity: Annotated[float, Quantity("J/kg/K", "100 J/kg/K", "10000 J/kg/K")] = key(
+        RUBBER_HEAT_CAPACITY, "Heat capacity. For `rubber.heat`."
+    )
+    heat: Annotated[bool | Literal["mesh"], BeforeValidator(_heat)] = key(
+        False,
+        "Heat conduction in the rubber: `true` in columns above the contact points, `mesh` on "
+        "the mesh of the rubber.",
+    )
+    plate: Literal["insulated", "held"] = key(
+        "insulated",
+        'The plate above the rubber, for `rubber.heat = "mesh"`: no heat leaves there '
+        "(`insulated`), or it stays at `ice.temperature` (`held`).",
+    )
+    inertia: StrictBool = key(
+        False, "`true` gives the rubber its mass (implicit dynamics). `false` is quasi-static."
+    )
+    rows: Annotated[int, Field(ge=1, le=1000)] = key(
+        1,
+        "Number of blocks that pass over the same ice one behind the other. For a point with "
+        "sliding ice.",
+    )
+    row_pitch: Length | None = key(
+        None, "Distance from the leading edge of one block to that of the next."
+    )
+    mesh: InputFile | None = key(
+        None, "Path of a mesh of your own, instead of the built-in one; relative to the scene file."
+    )
+    mesh_unit: Literal["m", "cm", "mm", "um", "inch"] = key(
+        "m", "Unit of the coordinates of `rubber.mesh`."
+    )
+    mesh_tags: dict[MeshName, Annotated[StrictInt, Field(ge=0)]] = key(
+        {},
+        "Numbers that stand for names in `rubber.mesh`, for tags of DOLFINx in XDMF: `{ rubber "
+        "= 1, contact = 2, plate = 3 }`.",
+    )
 
     @field_validator("compound")
     @classmethod

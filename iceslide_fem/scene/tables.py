@@ -9,7 +9,7 @@ from iceslide_fem.scene.ice import Ice, Water
 from iceslide_fem.scene.load import Load
 from iceslide_fem.scene.numerics import Numerics, Output
 from iceslide_fem.scene.rubber import Rubber
-from iceslide_fem.scene.units import Name, Table
+from iceslide_fem.scene.units import Name, Table, key
 
 
 class Tables(Table):
@@ -18,8 +18,12 @@ class Tables(Table):
     With model "auto" a run uses the cheapest sufficient level (`level.resolved`).
     """
 
-    name: Name
-    model: Literal["point", "slice", "block", "auto"]
+    name: Name = key(..., "Name of the results: `results/<name>`.")
+    model: Literal["point", "slice", "block", "auto"] = key(
+        ...,
+        "`point`, `slice` (plane strain) or `block` (three dimensions). `auto` takes the "
+        "cheapest one whose simplifications stay below the tolerance.",
+    )
     rubber: Rubber
     load: Load
     ice: Ice = Ice()

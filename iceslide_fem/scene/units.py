@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, StringConstraints
+from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, StringConstraints
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from iceslide_fem.runtime.units import to_si
@@ -44,6 +44,13 @@ def _by_steps(first: str, step: str, last: int) -> str:
 
 
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,99}$", strict=True)]
+
+
+def key(default: Any, text: str, **more: Any) -> Any:
+    """A key of a scene with its default (`...`: none) and its meaning, which the reference and the
+    page take from here; more: as for pydantic's `Field`.
+    """
+    return Field(default, description=text, **more)
 
 
 class Table(BaseModel):

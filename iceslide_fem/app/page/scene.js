@@ -48,8 +48,8 @@ export function makeScene({ start, changed, save }) {
     }
     input.addEventListener("input", () => update());
     return element("div", { class: "field" },
-      element("label", { for: id }, name.replaceAll("_", " ")), input,
-      element("span", { class: "hint", id: described }, hint));
+      element("label", { for: id, title: field.help }, name.replaceAll("_", " ")), input,
+      element("span", { class: "hint", id: described, title: field.help }, hint));
   }
 
   /** Open the tables of which something is given. */
