@@ -70,11 +70,7 @@ Parameter = Annotated[str, StringConstraints(pattern=r"^[A-Za-z_][A-Za-z0-9_]{0,
 
 
 class Friction(Table):
-    """The law of friction: the water film's, Coulomb's, or a class in a file, "my_law.py:MyLaw".
-
-    `mu`, or `table` (the path of a CSV file), belong to Coulomb's law (docs/reference/laws.md).
-    `parameters` are keyword arguments of the class.
-    """
+    """The law of friction: the water film's, Coulomb's, or a class in a file of your own."""
 
     law: Annotated[str, StringConstraints(strict=True, max_length=1000)] = key(
         "film",
@@ -134,25 +130,7 @@ HEIGHT = RowsOf(
 
 
 class Film(Table):
-    """The water film: its frame, its pressure, and constant k, D (m), H_V (m).
-
-    k, D and H_V override the compound's table, all three together. `contact`, the path of a CSV
-    file, is another table (`read_contact_table`). With `contact_age` they depend on the contact's
-    age (`film.contact_age`). The file, or `contact_modulus` (Pa), then gives the Young's modulus of
-    the table's rubber. `initial_height` is h0, m, or rows of it over the ice's initial temperature
-    (K).
-    `conductance` is that from the film to either body with heat in the rubber, W/(m2 K).
-    `water_speed` is that of squeezed-out water relative to the rubber, a fraction of the
-    sliding speed: 1 with the ice, 0 with the rubber, 0.5 in Couette flow
-    (docs/explanation/passing.md).
-
-    dry_stress: shear strength tau_b (Pa) of dry rubber on ice, a limit of the film's shear. It is
-    given by rows over the ice's surface temperature (K), or by a number for cold ice. A number
-    falls over the last `dry_softening` (K) before T_m + `dry_residual` (K). With dry_stress films
-    may begin without water (initial_height 0), and water may freeze (`refreeze`): that of films, or
-    all. `between` passes water freezes, drains, or is kept. At full `voids` squeeze-out stops, or
-    their water bears a part of the pressure.
-    """
+    """The water film and the dry contact below it; SI units."""
 
     carrier: Literal["ice", "rubber"] = key(
         "ice",

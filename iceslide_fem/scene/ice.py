@@ -73,23 +73,9 @@ class GroundLayer(Table):
 
 
 class Ice(Table):
-    """Initial temperature of the ice (K), its motion under the rubber, and its heat model.
+    """The ice, its motion under the rubber, and what lies below it; SI units.
 
-    Continuum ice extends by `margin` (m) beside the contact. Attached ice below a sample of a long
-    block has no margin, because its neighbours are equally warm. Sliding ice has cells of width
-    `cell` (m, along x), which are kept until they are `trail` (m) behind the block.
-
-    The properties are conductivity (W/(m K)), density (kg/m3), heat_capacity (J/(kg K)),
-    latent_heat (J/kg) and melting_temperature (K), which salt and pressure lower. Defaults are
-    those of the thesis's film model (its table 4). Conductivity and heat capacity may be rows over
-    the temperature (K).
-
-    The ice is `depth` (m) thick; without `depth` it is deeper than heat reaches. Below it are
-    `layers` with different names. The lowest face, the `base`, is insulated or held at
-    `base_temperature` (K), by default that of the ice. `mesh` is a mesh file of ice and layers,
-    with coordinates in `mesh_unit`; its regions have the names of the layers. `water` (m) is the
-    height on wet ice, uniform or in rows over x (m) on the ice; x = 0 is initially below the middle
-    of the block.
+    Defaults are those of the thesis's film model (its table 4).
     """
 
     temperature: Annotated[float, Quantity("K", "-80 degC", "-0.001 degC")] = key(
@@ -232,11 +218,7 @@ class Ice(Table):
 
 
 class Water(Table):
-    """The water of the film: viscosity (Pa s), conductivity k_w (W/(m K)).
-
-    The viscosity is a number, by default the thesis's, or rows over the film's temperature (K). It
-    must not rise with temperature. `table` has these rows.
-    """
+    """The water of the film; SI units. `table` has rows of the viscosity."""
 
     viscosity: Annotated[Any, VISCOSITY] = key(
         WATER_VISCOSITY,

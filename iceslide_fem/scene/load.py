@@ -17,11 +17,9 @@ SPEED = RowsOf("time", TIME, Quantity("m/s", "1e-6 m/s", "100 m/s"), "0 m/s")
 
 
 class Load(Table):
-    """Nominal pressure (Pa), sliding speed (m/s), sliding time (s), friction before sliding.
+    """Pressure and speed, in time and over several passes; SI units.
 
-    Pressure and speed are numbers, or rows of times (s) and values. `pressures` and `speeds` are
-    their functions of time, with `interpolation` between rows, and multiplied by their scales. The
-    rubber may slide over the same ice several times (`passes`), with a `period` (s).
+    `pressures` and `speeds` are functions of time.
     """
 
     pressure: Annotated[Any, PRESSURE] = key(

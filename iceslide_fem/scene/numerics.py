@@ -14,12 +14,7 @@ MOST_TIMES = 10_000  # of fields, by their number
 
 
 class Output(Table):
-    """Output of a slice or block besides its histories. It does not change results.
-
-    `times` of fields: a number of equal parts of the run, an interval (s), or a list (s). `fields`
-    are those of docs/reference/columns.md. `probes`: named positions (x, y, z), m, in the
-    undeformed rubber, on its contact surface (z = 0), or in the ice (z < 0).
-    """
+    """Output of a slice or block besides its histories. It does not change results."""
 
     times: int | float | tuple[float, ...] = key(
         25,
@@ -58,12 +53,7 @@ REFINEMENTS = (0.25, 8.0)  # allowed of meshes
 
 
 class Numerics(Table):
-    """Accuracy: the target relative error of mu(t), and optional overrides.
-
-    `refinement` divides mesh sizes. `penalty` (Pa/m), `shear_ramp_pressure` (Pa) and `max_step` (s)
-    are chosen by the program if they are not given. `time_limit` (s) limits the wall-clock time of
-    a run. Without it a run is stopped only if its remaining time keeps growing.
-    """
+    """Accuracy: the target relative error of mu(t), and optional overrides."""
 
     tolerance: Annotated[float, Quantity("", "1e-6", "0.1")] = key(
         1e-3,

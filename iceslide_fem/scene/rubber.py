@@ -56,28 +56,7 @@ MeshName = Literal["rubber", "contact", "plate", "symmetry", "walls"]
 
 
 class Rubber(Table):
-    """The rubber block: a compound or its Mooney-Rivlin constants, size (m), density (kg/m3).
-
-    Material: C10, C01 in Pa; compressibility by D1 (1/Pa) or by Poisson's ratio nu (also
-    `poisson_ratio`), which may also replace the D1 of a compound. `inertia` adds inertia forces.
-    `heat` adds heat conduction in the rubber, in columns above the contact or ("mesh") on its mesh.
-    The mesh is insulated or held at the initial temperature at the plate (`plate`). `conductivity`
-    (W/(m K)) and `heat_capacity` (J/(kg K)) are by default those of the thesis's table 1. Shape:
-    the lower edges of block and lugs are round (`edge_radius`) or cut off at 45 degrees
-    (`chamfer`). The sides lean by `draft_angle` (rad), so the block is wider at the plate; length
-    and width are those at the ice. `sipes` is a number of evenly spaced slots across the sliding
-    direction, or a list of slots; `grooves` run along it. Sipes take any amount of water, or, if
-    the block `stores_water`, their volume. `wall_friction` is the friction coefficient between
-    their walls. `outline` is a file of polygons (x, y), the block seen from above, instead of the
-    rectangle. `rows` of blocks slide over the ice in succession, with the distance `row_pitch` (m)
-    of leading edges. `mesh` replaces the box by a mesh file with coordinates in `mesh_unit`,
-    whose names may be the numbers `mesh_tags`.
-
-    Viscoelasticity: `prony` has arms [g, tau (s)] with fractions g of the instantaneous modulus.
-    `modulus_is` tells which modulus C10 and C01 are. `wlf`, or the rows of `shift_factors`, shift
-    the times with temperature. Instead of `prony`, `dma` is a table of measured moduli; arms are
-    fitted to it, and also the shift, unless one is given.
-    """
+    """The rubber block: its material and its shape; SI units."""
 
     compound: str | None = key(None, "Rubber with published constants and contact parameters.")
     C10: Stiffness | None = key(None, "Mooney-Rivlin constant, instead of a compound.")
