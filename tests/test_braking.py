@@ -6,7 +6,6 @@ import pytest
 
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.ride import Ride
-from iceslide_fem.preprocess.wheel import braking
 from iceslide_fem.preprocess.wheel.braking import brake, brake_ideally, compare_controls
 from iceslide_fem.preprocess.wheel.brush import Rolling
 from iceslide_fem.preprocess.wheel.charts import charts_of_stops
@@ -164,8 +163,7 @@ def test_wrong_input_is_one_sentence(make, sentence):
     assert sentence in str(refused.value)
 
 
-def test_a_car_that_does_not_stop_says_so(monkeypatch):
-    monkeypatch.setattr(braking, "LONGEST", 20.0)
+def test_a_car_that_does_not_stop_says_so():
     slippery = table_of([0.0, 1.0], [0.0, 1e-4])
     for stop in (lambda: brake(slippery, 15.0, 1.5, CAR, Brake()),
                  lambda: brake_ideally(slippery, 15.0, 1.5, CAR)):  # fmt: skip

@@ -171,15 +171,6 @@ def test_falling_free_height_does_not_return_squeezed_water():
     assert step.state.log_height == pytest.approx(state.log_height)
 
 
-def test_heights_that_newtons_method_does_not_find_are_found_by_halves(monkeypatch):
-    settled, arguments = random_stages(n=500)
-    monkeypatch.setattr(height, "_ITERATIONS", 3)
-    monkeypatch.setattr(height, "_CHANGES", 1)
-    h, *others = arguments
-    cut_off = implicit_stage(np.log(h), *others)
-    np.testing.assert_allclose(cut_off.log_height, settled.log_height, atol=1e-7)
-
-
 def test_heights_where_two_roots_are_about_to_merge():
     """Newton's method creeps past the place where two have been: these were not found."""
     start, *parts = np.array(

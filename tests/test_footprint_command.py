@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import pyvista as pv
+from matplotlib.figure import Figure
 from PIL import Image
 
 from iceslide_fem.cli import main
@@ -160,10 +161,10 @@ def test_results_of_an_earlier_run_go_and_what_cannot_be_written_is_named(
     assert iceslide("footprint", picture, *OPTIONS, "--out", out) == 0
     (out / "mine.toml").write_text("a scene of one's own")
 
-    def full(*_):
+    def full(*_, **__):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("iceslide_fem.preprocess.footprint.command.draw_maps", full)
+    monkeypatch.setattr(Figure, "savefig", full)
     assert iceslide("footprint", picture, *OPTIONS, "--force", "--out", out) == 3
     assert "cannot write" in capsys.readouterr().err
     assert [path.name for path in out.glob("*.png")] == []

@@ -2,26 +2,29 @@
 
 import csv
 import json
+import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from iceslide_fem.cli import main
-from iceslide_fem.preprocess.footprint import passing as module
+from iceslide_fem.preprocess.footprint.blocks import scene_text, tread_blocks
 from iceslide_fem.preprocess.footprint.case import FootprintCase
+from iceslide_fem.preprocess.footprint.film_map import film_map
 from iceslide_fem.preprocess.footprint.line import gaussian_profile
-from iceslide_fem.preprocess.footprint.passing import film_map
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.reading import read_footprint
-from iceslide_fem.preprocess.footprint.ride import Ride, WetIce
-from iceslide_fem.preprocess.footprint.survey import summary, survey
+from iceslide_fem.preprocess.footprint.ride import Ride
+from iceslide_fem.preprocess.footprint.summary import summary
+from iceslide_fem.preprocess.footprint.survey import survey
 from iceslide_fem.preprocess.footprint.synthetic import Tread
+from iceslide_fem.preprocess.footprint.wet_ice import WetIce
 from iceslide_fem.preprocess.wheel.case import WheelCase
 from iceslide_fem.runs.point import point_history
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import scene_from_dict
-from iceslide_fem.scene.contact_table import read_contact_table
+from iceslide_fem.scene.contact_file import read_contact_table
 from iceslide_fem.scene.lugs import lugs_of
 from iceslide_fem.scene.materials import MELTING_ENTHALPY
 
@@ -131,16 +134,6 @@ def test_energy_is_conserved_and_water_stays_across_gaps():
     assert (found.squeezed[ahead] == 20e-6).all()
 
 
-def test_lines_do_not_depend_on_each_other(monkeypatch):
-    footprint = Tread().footprint((7, 30))
-    here = ride(5e-6, 6e-3, temperature=np.linspace(260.0, 273.0, 7))
-    whole = film_map(footprint, here, SURFACE)
-    monkeypatch.setattr(module, "LINES", 3)
-    in_parts = film_map(footprint, here, SURFACE)
-    for a, b in zip(whole, in_parts, strict=True):
-        np.testing.assert_allclose(a, b, rtol=1e-6, atol=1e-15)
-
-
 def test_the_summary_says_what_the_water_bears(line):
     def figures(**values):
         case = FootprintCase.of(line | values)
@@ -236,6 +229,13 @@ def test_the_lug_is_that_of_a_block_or_the_footprint(line):
     ]  # fmt: skip
     assert lugs == pytest.approx([40e-3, 20e-3, 3e-3])
     assert WheelCase.of(line).wet_ice(0.04) is None
+
+
+def test_the_scene_of_a_block_is_wet():
+    (block,) = tread_blocks(strip(3e5))
+    case = FootprintCase.of({"gaussian": "40mm,2bar,20mm", "water": "20um"})
+    scene = scene_from_dict(tomllib.loads(scene_text("b", block, 1.0, case)))
+    assert scene.film.voids == "carry" and scene.ice.water == pytest.approx(20e-6)
 
 
 @pytest.mark.parametrize(

@@ -15,14 +15,12 @@ from iceslide_fem.film.integrators import InterfaceState, advance  # noqa: E402
 from iceslide_fem.film.law import FilmStage, Surface, implicit_stage  # noqa: E402
 from iceslide_fem.film.loads import FilmLoads, FilmOnIce  # noqa: E402
 from iceslide_fem.film.runge_kutta import INTEGRATORS  # noqa: E402
-from iceslide_fem.interface import build, ice_balance, ice_surface  # noqa: E402
+from iceslide_fem.interface import heat_models  # noqa: E402
 from iceslide_fem.interface.film_frame import ContactLoads  # noqa: E402
 from iceslide_fem.interface.ice_columns import GridColumnsUnderPoints  # noqa: E402
+from iceslide_fem.interface.ice_conduction import StageSurface  # noqa: E402
 from iceslide_fem.interface.ice_continuum import Continuum  # noqa: E402
-from iceslide_fem.interface.ice_modes import (
-    StageSurface,  # noqa: E402
-    SurfaceModes,  # noqa: E402
-)
+from iceslide_fem.interface.ice_modes import SurfaceModes  # noqa: E402
 from iceslide_fem.interface.ice_surface import IceSurface  # noqa: E402
 from iceslide_fem.interface.on_rubber import Attached, Rubbing  # noqa: E402
 from iceslide_fem.interface.surface_grid import Contacts, SurfaceGrid  # noqa: E402
@@ -286,14 +284,22 @@ def test_a_film_is_asked_no_more_than_its_ice_needs(melts):
     np.testing.assert_allclose(stage.dry_temperature, dry, atol=1e-6)
 
 
-def test_melting_points_are_found_where_full_changes_cycle(monkeypatch):
-    """Half changes alone find them, too, and give the same."""
+class Steeper:
+    """A film whose heat falls with the temperature three times as fast as it says."""
+
+    power_at_start = None
+
+    def solve(self, surface, near=None):
+        zero, slope = np.zeros_like(surface.offset), np.full_like(surface.offset, 0.1)
+        flux = 3.0 * slope * (T_0 + 1.0 - surface.offset) / surface.resistance
+        never = np.zeros(flux.shape, dtype=bool)
+        return FilmStage(zero, zero, flux, flux, zero, zero, never, never, zero, slope, zero)
+
+
+def test_half_changes_find_what_full_ones_step_over():
     ice, points, _ = some_ice("slice")
-    flux = 6e5 * (1.0 + 0.8 * np.sin(3e3 * points[:, 0]))
-    expected, _ = ice.stage(ice.initial(0), 1e-4, given_flux(flux))
-    monkeypatch.setattr(ice_surface, "FULL_CHANGES", 0)
-    heat_state, _ = ice.stage(ice.initial(0), 1e-4, given_flux(flux))
-    np.testing.assert_allclose(heat_state, expected, atol=1e-6)
+    heat_state, _ = ice.stage(ice.initial(0), 1e-4, Steeper())
+    np.testing.assert_allclose(ice.surface_temperature(heat_state), T_0 + 1.0, atol=1e-2)
 
 
 @pytest.mark.parametrize("model", ["slice", "block"])
@@ -392,51 +398,55 @@ def test_what_is_balanced_is_what_ice_takes(shape, conducts):
         surface.balanced(inside, np.nan * shared, before, 1e-8)
 
 
+class CountedSurface(IceSurface):
+    """A surface that counts the changes of its temperature."""
+
+    changes = 0
+
+    def balanced(self, *arguments):
+        found = super().balanced(*arguments)
+        self.changes += found.changes
+        return found
+
+
 @pytest.mark.three
 @pytest.mark.parametrize("model", ["slice", "block"])
-def test_first_guess_saves_changes_and_moves_nothing(model, monkeypatch):
+def test_first_guess_saves_changes_and_moves_nothing(model):
     """No node of the guess is above T_m, and none takes more than friction makes around it; from
     there the stage is found in fewer changes of the temperature, and is the same.
     """
     ice, points, area = some_ice(model, 0.5)
-    film, guesses, changes = uneven_film(points, 1e-4), [], []
-    guess, balanced = IceSurface.melting_guess, IceSurface.balanced
-    at, modes = ice.grid.place(points), SurfaceModes(ice.grid.lines)
+    film, dt, at = uneven_film(points, 1e-4), 1e-4, ice.grid.place(points)
+    before = np.full(ice.grid.shape, T_0)
+    per_heat = np.tensordot(Column(T_0, DURATION).surface ** 2, dt / (1.0 + dt * ice.rates), 1)
+    stage, link = StageSurface(before, per_heat), ice.interface_resistance
+    guided, unguided = (
+        CountedSurface(ice.grid, ICE, ice.modes).under(Contacts(at, area)) for _ in range(2)
+    )
+    heating = guided.points.of_all(np.stack([area * film.power_at_start, area], axis=-1))
+    guess = guided.melting_guess(guided.inside(stage), before, heating, link)
     around = ice.grid.scatter(area * film.power_at_start, at).reshape(ice.grid.shape)
-
-    def guessed(surface, inside, before, *rest):
-        found, stage = guess(surface, inside, before, *rest), inside.stage
-        guesses.append((found, taken(modes, stage.resistance, found - stage.offset) / around))
-        return found
-
-    def counted(*arguments):
-        found = balanced(*arguments)
-        changes.append(found.changes)
-        return found
-
-    monkeypatch.setattr(IceSurface, "balanced", counted)
-    monkeypatch.setattr(IceSurface, "melting_guess", guessed)
-    heat_state, stage = ice.stage(ice.initial(0), 1e-4, film)
-    melting = total(stage.melting) / total(np.ones(len(points)))
-    assert 0.1 < melting < 0.9
-    (temperature, share), with_it = guesses[0], sum(changes)
-    melts = temperature > MELTING_TEMPERATURE - 0.1
+    share, melts = (
+        taken(ice.modes, per_heat, guess - T_0) / around,
+        guess > MELTING_TEMPERATURE - 0.1,
+    )
     assert melts.any() and not melts.all()
-    assert temperature.max() <= MELTING_TEMPERATURE + 1e-3 and share.max() < 1.01
+    assert guess.max() <= MELTING_TEMPERATURE + 1e-3 and share.max() < 1.01
     np.testing.assert_allclose(share[~melts], 1.0, atol=0.01)
-    monkeypatch.setattr(IceSurface, "melting_guess", lambda surface, inside, before, *rest: before)
-    expected, other = ice.stage(ice.initial(0), 1e-4, film)
-    assert with_it < sum(changes) - with_it
-    np.testing.assert_allclose(heat_state, expected, atol=1e-4 * np.abs(expected).max())
-    np.testing.assert_allclose(stage.log_height, other.log_height, atol=1e-5)
+    heat, found = guided.solve(stage, before, film, link, AGREEMENT)
+    without = SimpleNamespace(power_at_start=None, solve=film.solve)
+    expected, other = unguided.solve(stage, before, without, link, AGREEMENT)
+    assert 0.1 < total(found.melting) / total(np.ones(len(points))) < 0.9
+    assert 0 < guided.changes < unguided.changes
+    np.testing.assert_allclose(heat, expected, atol=1e-4 * np.abs(expected).max())
+    np.testing.assert_allclose(found.log_height, other.log_height, atol=1e-5)
 
 
 @pytest.mark.parametrize("tolerance", [1e-1, 1e-3, 1e-4, 2e-5, 1e-5, 1e-6])
-def test_stages_settle_with_the_link_and_agreement_of_a_tolerance(tolerance, monkeypatch):
+def test_stages_settle_with_the_link_and_agreement_of_a_tolerance(tolerance):
     """Also where a stiff link lets rounding grow: the agreement does not ask for more."""
-    monkeypatch.setattr(ice_balance, "MAX_ITERATIONS", 30)  # a stalled balance takes all of them
     ice, points, _ = some_ice(
-        "slice", 0.5, build.INTERFACE_RESISTANCE * tolerance, build.agreement(tolerance)
+        "slice", 0.5, heat_models.INTERFACE_RESISTANCE * tolerance, heat_models.agreement(tolerance)
     )
     heat_state = ice.initial(0)
     for _ in range(3):
