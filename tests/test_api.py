@@ -4,6 +4,7 @@ import inspect
 import re
 import subprocess
 import sys
+import time
 import types
 
 import numpy as np
@@ -13,7 +14,6 @@ from runs import write_run
 
 import iceslide_fem
 from iceslide_fem.api.runs import read_run as read_dataset
-from iceslide_fem.runtime import progress
 from iceslide_fem.runtime.column_names import label_and_unit
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.progress import LongTask
@@ -336,7 +336,7 @@ class Kernel:
 @pytest.mark.quick
 def test_progress_in_a_notebook_is_one_line(monkeypatch, capfd):
     kernel, now = Kernel(monkeypatch), [0.0]
-    monkeypatch.setattr(progress, "monotonic", lambda: now[0])
+    monkeypatch.setattr(time, "monotonic", lambda: now[0])
     with LongTask(10.0) as task:
         for second in range(1, 11):
             now[0] = float(second)

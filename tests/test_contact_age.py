@@ -1,5 +1,7 @@
 """k, D and H_V at the contact's own age: the hereditary integral, points, sweeps, wrong input."""
 
+import tomllib
+from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,21 +17,23 @@ from iceslide_fem.film.conditions import (
 )
 from iceslide_fem.film.contact_age import ContactAge, contact_age
 from iceslide_fem.film.point import simulate
+from iceslide_fem.preprocess.footprint.blocks import aged_keys, scene_files
 from iceslide_fem.preprocess.footprint.case import FootprintCase
+from iceslide_fem.preprocess.footprint.film_map import film_map
 from iceslide_fem.preprocess.footprint.line import as_map
-from iceslide_fem.preprocess.footprint.passing import film_map
 from iceslide_fem.preprocess.footprint.reading import read_footprint
 from iceslide_fem.preprocess.footprint.ride import Ride
 from iceslide_fem.preprocess.footprint.survey import survey
-from iceslide_fem.relaxation.prony import Prony, Relaxation
+from iceslide_fem.relaxation.compound import Relaxation
+from iceslide_fem.relaxation.prony import Prony
 from iceslide_fem.relaxation.shift import Shift
 from iceslide_fem.runs.point import point_history
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import load_scene, scene_from_dict
-from iceslide_fem.scene.contact_table import read_contact_table
+from iceslide_fem.scene.contact_file import read_contact_table
 from iceslide_fem.scene.materials import CONTACT_TABLES
 from iceslide_fem.workflow.planning.info import describe
-from iceslide_fem.workflow.sweep import points as sweep_points
+from iceslide_fem.workflow.sweep.outcome import SAMPLES
 from iceslide_fem.workflow.sweep.points import simulate_points
 
 pytestmark = pytest.mark.quick
@@ -231,19 +235,17 @@ def test_every_pass_begins_a_contact():
     assert starts == pytest.approx([float(scene().contact_parameters(2e5).k)] * 2)
 
 
-def test_a_call_of_many_is_each_alone(monkeypatch):
+def test_a_call_of_many_is_each_alone():
     scenes = [scene(pressure=p, celsius=T) for p in (1e5, 3e5) for T in (-2.0, -10.0)]
     scenes += [scene([[G, 1e-3]]), scene(film={})]
-    calls, together = [], sweep_points._together
-    monkeypatch.setattr(
-        sweep_points, "_together", lambda some: calls.append(len(some)) or together(some)
-    )
     outcomes = simulate_points(scenes)
-    assert sorted(calls) == [1, 1, 4]
+    # those of a call share its seconds
+    calls = Counter(outcome.summary["wall_s"] for outcome in outcomes)
+    assert sorted(calls.values()) == [1, 1, 4]
     for one, outcome in zip(scenes, outcomes, strict=True):
         rows, single = point_history(one)
         assert outcome.summary["mu_mean"] == pytest.approx(single["mu_mean"], rel=1e-3)
-        time = np.linspace(0.0, 5e-3, sweep_points.SAMPLES)
+        time = np.linspace(0.0, 5e-3, SAMPLES)
         film = np.interp(time, [r.time_s for r in rows], [r.film_height_m for r in rows])
         np.testing.assert_allclose(outcome.curves["film_height_m"], film, rtol=1e-2)
 
@@ -357,12 +359,20 @@ def test_the_command_takes_the_age_of_a_scene(tmp_path):
     pressure[:, 2:20], pressure[:, 24:38] = 2e5, 2.5e5
     np.savetxt(tmp_path / "map.csv", pressure, delimiter=",")
     given = {"pressure_map": str(tmp_path / "map.csv"), "length": "40mm", "width": "12mm"}
-    case = FootprintCase.of(given | {"contact_age": aged})
+    case = FootprintCase.of(given | {"contact_age": aged, "scenes": "2"})
     assert not case.ride.age.holds
     assert case.contact_table == load_scene(aged).contact_parameters
     same = FootprintCase.of(given | {"contact": SURFACE})
     older, young = (survey(one, read_footprint(one)).mu_mean for one in (case, same))
     assert older > 1.01 * young
+    files = scene_files(case, read_footprint(case).pressure_map)
+    for name, text in files.items():
+        (tmp_path / name).write_text(text)
+    for name in files:
+        if name.endswith(".toml"):
+            block = load_scene(tmp_path / name)
+            assert block.rubber.relaxation == load_scene(aged).rubber.relaxation
+            assert block.contact_parameters == case.contact_table
     for wrong, said in (
         ({"contact_age": plain}, "does not age"),
         ({"contact_age": aged, "contact": SURFACE}, "--contact and --contact-age contradict"),
@@ -387,3 +397,15 @@ def test_shipped_tables_say_their_modulus():
     for name, modulus in (("A", 1.10e6), ("B", 1.64e6), ("C", 2.04e6)):
         file = Path(SURFACE).with_name(f"compound_{name}.csv")
         assert read_contact_table(file, "table").youngs_modulus == modulus
+
+
+def test_written_scenes_keep_a_table_of_measured_moduli():
+    measured = Path(SURFACE).parents[1] / "rubber" / "synthetic_dma.csv"
+    rubber = {"prony": None, "dma": str(measured), "modulus_is": "long-term", "D1": 6.9e-10}
+    given = scene(rubber=rubber, film=AGED | {"contact": SURFACE})
+    of_rubber, of_film = (tomllib.loads(text) for text in aged_keys(given))
+    again = scene(rubber=of_rubber | {"prony": None}, film=of_film)
+    assert contact_age(again) == contact_age(given)
+    rows, results = point_history(given)
+    assert rows[-1].contact_area_fraction > rows[0].contact_area_fraction
+    assert 0.0 < results["mu_mean"] < 1.0

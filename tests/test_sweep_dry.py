@@ -1,12 +1,14 @@
 """Sweeps over dry shear: all points of a call are as each alone."""
 
+from collections import Counter
+
 import numpy as np
 import pytest
 
 from iceslide_fem.runs.point import point_history
 from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.workflow.sweep import make_plan, run_sweep
-from iceslide_fem.workflow.sweep import points as sweep_points
+from iceslide_fem.workflow.sweep.outcome import SAMPLES
 from iceslide_fem.workflow.sweep.points import simulate_points
 
 pytestmark = pytest.mark.quick
@@ -29,17 +31,14 @@ def point(celsius, speed=4.0, **film):
     )
 
 
-def test_a_call_of_many_is_each_alone(monkeypatch):
+def test_a_call_of_many_is_each_alone():
     """Film law, numbers and rows, melting and not; three calls, one for each number of rows."""
     scenes = [point(celsius, speed, **KEYS) for celsius in (-4.0, -0.3) for speed in (0.5, 4.0)]
     scenes += [point(-2.0), point(-1.0, **ROWS), point(-0.2, dry_residual=2.0, **KEYS)]
-    calls = []
-    together = sweep_points._together
-    monkeypatch.setattr(
-        sweep_points, "_together", lambda some: calls.append(len(some)) or together(some)
-    )
     outcomes = simulate_points(scenes)
-    assert sorted(calls) == [1, 1, 5]
+    # those of a call share its seconds
+    calls = Counter(outcome.summary["wall_s"] for outcome in outcomes)
+    assert sorted(calls.values()) == [1, 1, 5]
     for scene, outcome in zip(scenes, outcomes, strict=True):
         rows, single = point_history(scene)
         for name in ("mu_peak", "mu_mean", "mu_end", "melt_onset_s"):
@@ -48,7 +47,7 @@ def test_a_call_of_many_is_each_alone(monkeypatch):
             assert found == (expected and pytest.approx(expected, rel=2e-3)), name
         assert outcome.summary["warnings"] == single["warnings"]
         assert abs(outcome.summary["energy_imbalance"]) < 1e-9
-        time = np.linspace(0.0, 5e-3, sweep_points.SAMPLES)
+        time = np.linspace(0.0, 5e-3, SAMPLES)
         for name, curve in outcome.curves.items():
             row = np.interp(time, *([getattr(r, key) for r in rows] for key in ("time_s", name)))
             np.testing.assert_allclose(curve, row, rtol=1e-2, atol=1e-10, err_msg=name)

@@ -7,7 +7,7 @@ Nothing is shown of a short task.
 from __future__ import annotations
 
 import sys
-from time import monotonic
+import time
 from types import TracebackType
 from typing import Any, Self
 
@@ -25,19 +25,19 @@ class LongTask:
         self._first = 0.0  # done before this part
         self._bar: Any = None
         self._cell: _Cell | None = None
-        self._start = self._last = monotonic()
+        self._start = self._last = time.monotonic()
 
     def __enter__(self) -> Self:
-        self._start = self._last = monotonic()
+        self._start = self._last = time.monotonic()
         return self
 
     def go_on(self, done: float) -> None:
         """Start at `done`, reached by an earlier part of the task."""
-        self._first, self._start = done, monotonic()
+        self._first, self._start = done, time.monotonic()
 
     def show(self, done: float, where: str, *words: str) -> None:
         """Show the amount `done`, its description `where`, and other `words`."""
-        now = monotonic()
+        now = time.monotonic()
         if not self._shown:
             return
         line = ", ".join(filter(None, [where, *words, self._time_left(done, now)]))
@@ -73,7 +73,7 @@ class LongTask:
         if self._bar is not None:
             self._bar.stop()
         if self._cell is not None and error is None:
-            self._cell.show(f"done in {monotonic() - self._start:.0f} s")
+            self._cell.show(f"done in {time.monotonic() - self._start:.0f} s")
 
     def _time_left(self, done: float, now: float) -> str:
         if done <= self._first:
