@@ -5,11 +5,11 @@ import shlex
 import subprocess
 import sys
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 
 import iceslide_fem
+from iceslide_fem import simulate
 from iceslide_fem.cli import main
 from iceslide_fem.commands.run import print_summary
 from iceslide_fem.postprocess.results import read_run
@@ -28,7 +28,7 @@ def in_empty_directory(tmp_path, monkeypatch):
 
 @pytest.fixture
 def simulated(monkeypatch, in_empty_directory):
-    """Replaces the simulation; a list of the arguments of every call."""
+    """Stands in for the simulation; a list of the arguments of every call."""
     calls = []
 
     def run(scene, out, petsc_options=(), *checkpoints):
@@ -37,9 +37,7 @@ def simulated(monkeypatch, in_empty_directory):
         (out / "summary.json").touch()
         return SUMMARY
 
-    module = ModuleType("iceslide_fem.simulate")
-    module.run = run
-    monkeypatch.setitem(sys.modules, "iceslide_fem.simulate", module)
+    monkeypatch.setattr(simulate, "run", run)
     return calls
 
 
@@ -232,7 +230,7 @@ def test_a_stopped_simulation_is_one_sentence_and_exit_code_3(simulated, monkeyp
     def stop(*arguments):
         raise SimulationStopped("the block lost contact at 1.2 ms")
 
-    monkeypatch.setattr(sys.modules["iceslide_fem.simulate"], "run", stop)
+    monkeypatch.setattr(simulate, "run", stop)
     assert exit_code("run", CASE) == 3
     assert capsys.readouterr().err == "iceslide: the block lost contact at 1.2 ms\n"
 
@@ -298,15 +296,6 @@ def test_a_summary_says_what_did_not_happen_and_nothing_of_what_there_is_not(cap
     printed = capsys.readouterr().out
     assert printed.count("did not happen") == 1 and "saturation_s" in printed
     assert "sipe" not in printed and "stopped" not in printed
-
-
-def test_view_prints_the_pictures(monkeypatch, tmp_path, capsys):
-    module = ModuleType("iceslide_fem.postprocess.results.view")
-    module.view = lambda directory, animate: [directory / ("film.gif" if animate else "block.png")]
-    monkeypatch.setitem(sys.modules, "iceslide_fem.postprocess.results.view", module)
-    (tmp_path / "summary.json").touch()
-    assert exit_code("view", str(tmp_path), "--animate") == 0
-    assert capsys.readouterr().out == f"{tmp_path / 'film.gif'}\n"
 
 
 def test_case_scripts_take_the_same_options(in_empty_directory):

@@ -3,8 +3,10 @@
 import ast
 import os
 import re
+import shlex
 import subprocess
 import sys
+import sysconfig
 import tomllib
 from pathlib import Path
 
@@ -16,8 +18,7 @@ from iceslide_fem.cli import main
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import load_scene
 from iceslide_fem.scene.cases import case_file, case_files, cases_folder, scene_path
-from iceslide_fem.workflow import installation
-from iceslide_fem.workflow.installation import Answer, Part, can_run, parts
+from iceslide_fem.workflow.installation import Answer, Part, answer, can_run, parts
 
 pytestmark = pytest.mark.quick
 ROOT = Path(__file__).parent.parent
@@ -105,28 +106,42 @@ def test_cases_lie_in_the_package_if_it_is_installed(tmp_path, monkeypatch):
         cases_folder.cache_clear()
 
 
+PYTHON = """#!/bin/sh
+for last; do :; done
+case "$last" in
+    *probe) exec "${0%/*}/probe" "$@" ;;
+    *pyvista*) exec "${0%/*}/drawing" ;;
+    *) exec "${0%/*}/gmsh" ;;
+esac
+"""
+
+
 @pytest.fixture
 def healthy(monkeypatch, tmp_path):
-    """A machine on which all works; its answers by the last word of what is asked."""
-    answers = {
-        "probe": Answer(True, FOUND),
-        "gmsh": Answer(True, "4.15"),
-        "draw": Answer(True, "VTK"),
-    }
+    """A machine on which all works: a function that makes one of its programs another script."""
+    programs = tmp_path / "programs"
+    programs.mkdir()
 
-    def answer(*words):
-        program = words[-1]
-        name = "probe" if program.endswith("probe") else "draw" if "pyvista" in program else "gmsh"
-        return answers[name]
+    def replace(name, script):
+        (programs / name).write_text(script, encoding="utf-8")
+        (programs / name).chmod(0o755)
+        return programs / name
 
-    monkeypatch.setattr(installation, "answer", answer)
-    monkeypatch.setattr(installation.shutil, "which", lambda name, path=None: f"/usr/bin/{name}")
+    monkeypatch.setattr(sys, "executable", str(replace("python", PYTHON)))
+    monkeypatch.setenv("CC", str(replace("cc", "")))
     monkeypatch.setenv("ICESLIDE_CACHE", str(tmp_path / "cache"))
+    for name, says in {"probe": FOUND, "gmsh": "4.15", "drawing": "VTK", "mpirun": ""}.items():
+        replace(name, saying(says))
     include = tmp_path / "include"
     include.mkdir()
     (include / "Python.h").touch()
-    monkeypatch.setattr(installation.sysconfig, "get_paths", lambda: {"include": str(include)})
-    return answers
+    monkeypatch.setattr(sysconfig, "get_paths", lambda: {"include": str(include)})
+    return replace
+
+
+def saying(text, code=0):
+    """A program that says `text` and ends with `code`."""
+    return f"#!/bin/sh\necho {shlex.quote(text)} >&{2 if code else 1}\nexit {code}\n"
 
 
 def test_a_healthy_machine(healthy, capsys, tmp_path):
@@ -139,24 +154,18 @@ def test_a_healthy_machine(healthy, capsys, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "name, answer, lacking, words, code",
+    "name, text, fails, lacking, words, code",
     [
-        ("probe", Answer(False, "Segmentation fault"), "DOLFINx", "python3-dolfinx", 3),
-        (
-            "probe",
-            Answer(True, FOUND.replace('"0.5 in /x"', "null")),
-            "DOLFINx",
-            "points need neither",
-            3,
-        ),
-        ("probe", Answer(True, "no JSON"), "PETSc", "it comes with DOLFINx", 3),
-        ("probe", Answer(True, FOUND.replace("mumps", "hypre")), "PETSc's packages", "MUMPS", 3),
-        ("gmsh", Answer(False, "libGLU.so.1: cannot open"), "gmsh", "libglu1-mesa", 3),
-        ("draw", Answer(False, "no answer within 120 s"), "pyvista, VTK", "pip install pyvista", 0),
+        ("probe", "Segmentation fault", True, "DOLFINx", "python3-dolfinx", 3),
+        ("probe", FOUND.replace('"0.5 in /x"', "null"), False, "DOLFINx", "points need neither", 3),
+        ("probe", "no JSON", False, "PETSc", "it comes with DOLFINx", 3),
+        ("probe", FOUND.replace("mumps", "hypre"), False, "PETSc's packages", "MUMPS", 3),
+        ("gmsh", "libGLU.so.1: cannot open", True, "gmsh", "libglu1-mesa", 3),
+        ("drawing", "no display", True, "pyvista, VTK", "pip install pyvista", 0),
     ],
 )
-def test_a_part_that_is_missing(healthy, capsys, name, answer, lacking, words, code):
-    healthy[name] = answer
+def test_a_part_that_is_missing(healthy, capsys, name, text, fails, lacking, words, code):
+    healthy(name, saying(text, code=int(fails)))
     (part,) = [part for part in parts() if part.name == lacking]
     assert not part.works and words in part.cure
     found_code, out, err = exit_of(capsys, "doctor")
@@ -166,7 +175,9 @@ def test_a_part_that_is_missing(healthy, capsys, name, answer, lacking, words, c
 
 
 def test_without_a_compiler_or_a_place_for_forms(healthy, monkeypatch, tmp_path):
-    monkeypatch.setattr(installation.shutil, "which", lambda name, path=None: None)
+    monkeypatch.setenv("CC", "no-such-compiler")
+    monkeypatch.setenv("PATH", "")
+    healthy("mpirun", "").unlink()
     (tmp_path / "file").touch()
     monkeypatch.setenv("ICESLIDE_CACHE", str(tmp_path / "file" / "cache"))
     lacking = {part.name: part for part in parts() if not part.works}
@@ -176,7 +187,7 @@ def test_without_a_compiler_or_a_place_for_forms(healthy, monkeypatch, tmp_path)
 
 
 def test_without_pythons_headers(healthy, monkeypatch, tmp_path):
-    monkeypatch.setattr(installation.sysconfig, "get_paths", lambda: {"include": str(tmp_path)})
+    monkeypatch.setattr(sysconfig, "get_paths", lambda: {"include": str(tmp_path)})
     (part,) = [part for part in parts() if not part.works]
     assert part.name == "C compiler" and "without" in part.found
 
@@ -195,29 +206,29 @@ def test_what_slices_do_not_need_may_be_missing():
     ],
 )
 def test_what_a_process_says(program, expected):
-    found = installation.answer("-c", program)
+    found = answer("-c", program)
     assert found == expected if expected else not found.works and found.text
 
 
 def test_a_process_that_hangs(monkeypatch):
-    monkeypatch.setattr(installation, "SECONDS", 0.2)
-    found = installation.answer("-c", "import time; time.sleep(60)")
-    assert found == Answer(False, "no answer within 0.2 s")
+    def hang(words, timeout, **_):
+        raise subprocess.TimeoutExpired(words, timeout)
+
+    monkeypatch.setattr(subprocess, "run", hang)
+    assert answer("-c", "") == Answer(False, "no answer within 120 s")
 
 
-def test_the_probe_says_what_cannot_be_imported(tmp_path):
+def test_the_probe_says_what_cannot_be_imported(healthy, tmp_path, monkeypatch):
+    python = shlex.quote(sys.prefix + "/bin/python")
+    healthy("probe", f'#!/bin/sh\nexec {python} "$@"\n')
     (tmp_path / "mpi4py.py").write_text("raise ImportError('libmpi')", encoding="utf-8")
     (tmp_path / "petsc4py.py").write_text("raise RuntimeError('other MPI')", encoding="utf-8")
     (tmp_path / "dolfinx.py").write_text("raise OSError('libhdf5')", encoding="utf-8")
     (tmp_path / "dolfinx_solver.py").write_text("raise ImportError", encoding="utf-8")
-    path = os.pathsep.join([str(tmp_path), str(ROOT)])
-    program = [sys.executable, "-m", "iceslide_fem.fenics.probe"]
-    done = subprocess.run(
-        program, env=os.environ | {"PYTHONPATH": path}, capture_output=True, text=True
-    )
-    healthy = installation._finite_elements(Answer(True, done.stdout.strip()))
-    assert [part.works for part in healthy] == [False] * 4, done.stderr
-    assert "libhdf5" in healthy[0].found and "other MPI" in healthy[1].found
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), str(ROOT)]))
+    missing = {part.name: part.found for part in parts() if not part.works}
+    assert list(missing) == ["DOLFINx", "PETSc", "PETSc's packages", "MPI"]
+    assert "libhdf5" in missing["DOLFINx"] and "other MPI" in missing["PETSc"]
 
 
 def test_one_version_and_who_to_cite():

@@ -17,6 +17,7 @@ import pytest
 
 pytest.importorskip("iceslide_fem.fenics.compat")
 
+import iceslide_fem  # noqa: E402
 from iceslide_fem.coupling import coupled_step  # noqa: E402
 from iceslide_fem.coupling.coupled_step import CoupledStep  # noqa: E402
 from iceslide_fem.coupling.layouts import GridLayout, PointLayout  # noqa: E402
@@ -230,7 +231,7 @@ def test_a_damaged_or_foreign_checkpoint_is_one_sentence(tmp_path, monkeypatch):
         with pytest.raises(SceneError, match="damaged|not a checkpoint"):
             read_checkpoint(tmp_path)
     path.write_bytes(whole)
-    monkeypatch.setattr("iceslide_fem.__version__", "0.0.1")
+    monkeypatch.setattr(iceslide_fem, "__version__", "0.0.1")
     with pytest.raises(SceneError, match="another version"):
         read_checkpoint(tmp_path)
     path.unlink()
@@ -561,6 +562,7 @@ def test_a_signal_is_heard_between_trials(tmp_path, monkeypatch):
 def test_a_signal_leaves_a_checkpoint_and_exit_code_4(number, tmp_path):
     code = interrupted_after(words_of(1, *begin(tmp_path)), tmp_path, 5, number)
     assert code == 4
+    assert "<h2" in (tmp_path / "report.html").read_text("utf-8")
     stopped = read_run(tmp_path).summary["stopped"]
     assert f"stopped by {number.name} at t = " in stopped and "--restart" in stopped
     state = read_checkpoint(tmp_path).state

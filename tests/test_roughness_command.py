@@ -7,21 +7,24 @@ import subprocess
 import sys
 import zipfile
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
+import psutil
 import pytest
 from surface_spec import SPEC
 
 from iceslide_fem.cli import main
-from iceslide_fem.preprocess.roughness import prepare
-from iceslide_fem.preprocess.roughness.case import RoughnessCase, material
+from iceslide_fem.preprocess.roughness.case import RoughnessCase
 from iceslide_fem.preprocess.roughness.generate import SurfaceSpec, generate
+from iceslide_fem.preprocess.roughness.material import material
 from iceslide_fem.preprocess.roughness.read import read_surface
 from iceslide_fem.preprocess.roughness.surface import Surface, levelled, low_passed
 from iceslide_fem.preprocess.roughness.survey import COLUMNS, parameters, survey, table
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import load_scene, scene_from_dict
-from iceslide_fem.scene.contact_table import ContactTable, read_contact_table
+from iceslide_fem.scene.contact_file import read_contact_table
+from iceslide_fem.scene.contact_table import ContactTable
 from iceslide_fem.scene.materials import YOUNGS_MODULUS
 
 SURFACES = Path(__file__).parent.parent / "cases" / "surfaces"
@@ -137,7 +140,7 @@ def test_a_map_is_pressed_on_the_pixels_that_its_shortest_wave_needs(tmp_path, c
 
 def test_pixels_beyond_the_machines_memory_are_refused(heights, tmp_path, monkeypatch, capsys):
     np.save(tmp_path / "map.npy", heights)
-    monkeypatch.setattr(prepare, "memory_of_machine", lambda: 0.2e9)
+    monkeypatch.setattr(psutil, "virtual_memory", lambda: SimpleNamespace(total=0.2e9))
     words = [tmp_path / "map.npy", "--pixel", "10um", "--shortest-wave", "70um"]
     assert called("roughness", *words, "--out", tmp_path / "out") == 2
     said = capsys.readouterr().err

@@ -22,7 +22,6 @@ from iceslide_fem.scene import load_scene
 from iceslide_fem.scene.fingerprint import fingerprint, scene_hash, sources_hash
 from iceslide_fem.simulate import run as simulate_run
 from iceslide_fem.workflow.sweep import make_plan, read_sweep, run_sweep, share_cores
-from iceslide_fem.workflow.sweep import points as sweep_points
 from iceslide_fem.workflow.sweep.outcome import read_outcome
 from iceslide_fem.workflow.sweep.plan import value_of
 from iceslide_fem.workflow.sweep.plots import charts_of_sweep, plot_sweep
@@ -126,7 +125,7 @@ def test_a_fingerprint_is_of_everything_but_the_name(monkeypatch, tmp_path):
     one = fingerprint(with_table)
     table.write_text(table.read_text().replace("0.2", "0.3"))
     assert fingerprint(with_table) != one
-    monkeypatch.setattr("iceslide_fem.__version__", "99")
+    monkeypatch.setattr(iceslide_fem, "__version__", "99")
     assert fingerprint(scene) != first
 
 
@@ -136,7 +135,7 @@ def test_a_fingerprint_knows_the_sources(monkeypatch, tmp_path):
     first, of_scene, of_sources = fingerprint(scene), scene_hash(scene), sources_hash()
     package = tmp_path / "iceslide_fem"
     shutil.copytree(Path(iceslide_fem.__file__).parent, package)
-    monkeypatch.setattr("iceslide_fem.__file__", str(package / "__init__.py"))
+    monkeypatch.setattr(iceslide_fem, "__file__", str(package / "__init__.py"))
     sources_hash.cache_clear()
     assert sources_hash() == of_sources  # wherever they lie
     with open(package / "film" / "law.py", "a") as file:
@@ -183,21 +182,17 @@ def test_table_has_a_row_per_case_with_inputs_and_results(tmp_path):
     assert dataset["mu"].sel({"ice.heat": "column"}).notnull().all()
 
 
-def test_again_computes_only_what_is_missing(tmp_path, monkeypatch):
-    computed = []
-    simulate = sweep_points.simulate_points
-
-    def counted(scenes):
-        computed.append(len(scenes))
-        return simulate(scenes)
-
-    monkeypatch.setattr("iceslide_fem.workflow.sweep.simulate_points", counted)
-    first = run_sweep(point_plan("load.pressure=1bar:5bar:5"), tmp_path, None)
-    again = run_sweep(point_plan("load.pressure=1bar:5bar:5"), tmp_path, None)
-    wider = run_sweep(point_plan("load.pressure=1bar:5bar:5", "load.speed=3,4"), tmp_path, None)
-    assert computed == [5, 0, 5]
-    np.testing.assert_array_equal(first.mu, again["mu"])
-    np.testing.assert_array_equal(first.mu, wider["mu"].sel({"load.speed": 3.0}))
+def test_again_computes_only_what_is_missing(tmp_path):
+    five, said = "load.pressure=1bar:5bar:5", []
+    first, again, wider = (
+        run_sweep(point_plan(*varied), tmp_path, None, said.append)
+        for varied in ([five], [five], [five, "load.speed=3,4"])
+    )
+    counts = [(5, 0), (5, 5), (10, 5)]
+    assert said == [f"{all_} cases, {done} of them done before" for all_, done in counts]
+    for name in ("mu", "wall_s"):  # the seconds of another run would be others
+        np.testing.assert_array_equal(first[name], again[name])
+        np.testing.assert_array_equal(first[name], wider[name].sel({"load.speed": 3.0}))
     assert list(first.data_vars) == list(again.data_vars)
 
 

@@ -249,7 +249,7 @@ def test_what_is_no_stop_gets_one_sentence(words, said, tmp_path, capsys):
 def test_without_dolfinx_a_number_is_asked_for(tmp_path, monkeypatch):
     monkeypatch.setenv("ICESLIDE_CACHE", str(tmp_path / "cache"))
     ended = subprocess.CompletedProcess([], 2, "", "iceslide: there is no DOLFINx\n")
-    monkeypatch.setattr(block_shear.subprocess, "run", lambda *_, **__: ended)
+    monkeypatch.setattr(subprocess, "run", lambda *_, **__: ended)
     with pytest.raises(SceneError, match=r"there is no DOLFINx\); give --stiffness a number"):
         block_shear.block_stiffness(COMPOUNDS["B"], 20e-3, 8e-3)
     assert not list(tmp_path.rglob("*.json"))
