@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from iceslide_fem.preprocess.footprint.blocks import aged_keys, scene_files
 from scipy.integrate import quad
 
 from iceslide_fem.film.conditions import (
@@ -17,20 +18,18 @@ from iceslide_fem.film.conditions import (
 )
 from iceslide_fem.film.contact_age import ContactAge, contact_age
 from iceslide_fem.film.point import simulate
-from iceslide_fem.preprocess.footprint.blocks import aged_keys, scene_files
 from iceslide_fem.preprocess.footprint.case import FootprintCase
-from iceslide_fem.preprocess.footprint.film_map import film_map
 from iceslide_fem.preprocess.footprint.line import as_map
+from iceslide_fem.preprocess.footprint.passing import film_map
 from iceslide_fem.preprocess.footprint.reading import read_footprint
 from iceslide_fem.preprocess.footprint.ride import Ride
 from iceslide_fem.preprocess.footprint.survey import survey
-from iceslide_fem.relaxation.compound import Relaxation
-from iceslide_fem.relaxation.prony import Prony
+from iceslide_fem.relaxation.prony import Prony, Relaxation
 from iceslide_fem.relaxation.shift import Shift
 from iceslide_fem.runs.point import point_history
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import load_scene, scene_from_dict
-from iceslide_fem.scene.contact_file import read_contact_table
+from iceslide_fem.scene.contact_table import read_contact_table
 from iceslide_fem.scene.materials import CONTACT_TABLES
 from iceslide_fem.workflow.planning.info import describe
 from iceslide_fem.workflow.sweep.outcome import SAMPLES

@@ -5,18 +5,17 @@ import tomllib
 
 import numpy as np
 import pytest
+from iceslide_fem.preprocess.footprint.blocks import scene_text, tread_blocks
 
 from iceslide_fem import point
-from iceslide_fem.preprocess.footprint.blocks import scene_text, tread_blocks
 from iceslide_fem.preprocess.footprint.case import FootprintCase
-from iceslide_fem.preprocess.footprint.film_map import film_map
 from iceslide_fem.preprocess.footprint.line import film_line
 from iceslide_fem.preprocess.footprint.macroscopic import Macroscopic
+from iceslide_fem.preprocess.footprint.passing import film_map
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.reading import read_footprint
 from iceslide_fem.preprocess.footprint.ride import Ride
-from iceslide_fem.preprocess.footprint.summary import summary
-from iceslide_fem.preprocess.footprint.survey import survey
+from iceslide_fem.preprocess.footprint.survey import summary, survey
 from iceslide_fem.preprocess.footprint.synthetic import Tread
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import scene_from_dict

@@ -4,16 +4,15 @@ import tomllib
 
 import numpy as np
 import pytest
+from iceslide_fem.preprocess.footprint.blocks import representative, scene_text, tread_blocks
+from iceslide_fem.preprocess.footprint.outlines import outline_text
 
 from iceslide_fem import point
-from iceslide_fem.preprocess.footprint.blocks import representative, scene_text, tread_blocks
 from iceslide_fem.preprocess.footprint.case import FootprintCase
-from iceslide_fem.preprocess.footprint.film_map import film_map
-from iceslide_fem.preprocess.footprint.outlines import outline_text
+from iceslide_fem.preprocess.footprint.passing import film_map
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
-from iceslide_fem.preprocess.footprint.ride import Ride
+from iceslide_fem.preprocess.footprint.ride import Ride, WetIce
 from iceslide_fem.preprocess.footprint.synthetic import Tread
-from iceslide_fem.preprocess.footprint.wet_ice import WetIce
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import load_scene, scene_from_dict
 from iceslide_fem.scene.contact_table import ConstantContact

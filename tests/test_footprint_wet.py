@@ -7,24 +7,22 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from iceslide_fem.preprocess.footprint.blocks import scene_text, tread_blocks
 
 from iceslide_fem.cli import main
-from iceslide_fem.preprocess.footprint.blocks import scene_text, tread_blocks
 from iceslide_fem.preprocess.footprint.case import FootprintCase
-from iceslide_fem.preprocess.footprint.film_map import film_map
 from iceslide_fem.preprocess.footprint.line import gaussian_profile
+from iceslide_fem.preprocess.footprint.passing import film_map
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.reading import read_footprint
-from iceslide_fem.preprocess.footprint.ride import Ride
-from iceslide_fem.preprocess.footprint.summary import summary
-from iceslide_fem.preprocess.footprint.survey import survey
+from iceslide_fem.preprocess.footprint.ride import Ride, WetIce
+from iceslide_fem.preprocess.footprint.survey import summary, survey
 from iceslide_fem.preprocess.footprint.synthetic import Tread
-from iceslide_fem.preprocess.footprint.wet_ice import WetIce
 from iceslide_fem.preprocess.wheel.case import WheelCase
 from iceslide_fem.runs.point import point_history
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import scene_from_dict
-from iceslide_fem.scene.contact_file import read_contact_table
+from iceslide_fem.scene.contact_table import read_contact_table
 from iceslide_fem.scene.lugs import lugs_of
 from iceslide_fem.scene.materials import MELTING_ENTHALPY
 

@@ -18,9 +18,11 @@ from iceslide_fem.film.runge_kutta import INTEGRATORS  # noqa: E402
 from iceslide_fem.interface import heat_models  # noqa: E402
 from iceslide_fem.interface.film_frame import ContactLoads  # noqa: E402
 from iceslide_fem.interface.ice_columns import GridColumnsUnderPoints  # noqa: E402
-from iceslide_fem.interface.ice_conduction import StageSurface  # noqa: E402
 from iceslide_fem.interface.ice_continuum import Continuum  # noqa: E402
-from iceslide_fem.interface.ice_modes import SurfaceModes  # noqa: E402
+from iceslide_fem.interface.ice_modes import (
+    StageSurface,  # noqa: E402
+    SurfaceModes,  # noqa: E402
+)
 from iceslide_fem.interface.ice_surface import IceSurface  # noqa: E402
 from iceslide_fem.interface.on_rubber import Attached, Rubbing  # noqa: E402
 from iceslide_fem.interface.surface_grid import Contacts, SurfaceGrid  # noqa: E402

@@ -15,16 +15,14 @@ import pytest
 from surface_spec import SPEC
 
 from iceslide_fem.cli import main
-from iceslide_fem.preprocess.roughness.case import RoughnessCase
+from iceslide_fem.preprocess.roughness.case import RoughnessCase, material
 from iceslide_fem.preprocess.roughness.generate import SurfaceSpec, generate
-from iceslide_fem.preprocess.roughness.material import material
 from iceslide_fem.preprocess.roughness.read import read_surface
 from iceslide_fem.preprocess.roughness.surface import Surface, levelled, low_passed
 from iceslide_fem.preprocess.roughness.survey import COLUMNS, parameters, survey, table
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import load_scene, scene_from_dict
-from iceslide_fem.scene.contact_file import read_contact_table
-from iceslide_fem.scene.contact_table import ContactTable
+from iceslide_fem.scene.contact_table import ContactTable, read_contact_table
 from iceslide_fem.scene.materials import YOUNGS_MODULUS
 
 SURFACES = Path(__file__).parent.parent / "cases" / "surfaces"

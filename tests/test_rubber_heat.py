@@ -7,14 +7,13 @@ import numpy as np
 import pytest
 from test_heat import given_flux
 
-from iceslide_fem.film.film_between import FilmBetween, HalfFilm, RubberSurface
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import InterfaceState, advance
 from iceslide_fem.film.law import Surface, implicit_stage
 from iceslide_fem.film.loads import FilmLoads, FilmOnIce
 from iceslide_fem.film.point import Conditions, simulate
 from iceslide_fem.film.point_conditions import Loading
-from iceslide_fem.film.rubber_heat import RubberColumns
+from iceslide_fem.film.rubber_heat import FilmBetween, HalfFilm, RubberColumns, RubberSurface
 from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.reference import constant_flux_rise
 from iceslide_fem.scene.contact_table import ConstantContact
