@@ -1,13 +1,11 @@
 """k, D and H_V at the contact's own age: the hereditary integral, points, sweeps, wrong input."""
 
-import tomllib
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from iceslide_fem.preprocess.footprint.blocks import aged_keys, scene_files
 from scipy.integrate import quad
 
 from iceslide_fem.film.conditions import (
@@ -358,20 +356,12 @@ def test_the_command_takes_the_age_of_a_scene(tmp_path):
     pressure[:, 2:20], pressure[:, 24:38] = 2e5, 2.5e5
     np.savetxt(tmp_path / "map.csv", pressure, delimiter=",")
     given = {"pressure_map": str(tmp_path / "map.csv"), "length": "40mm", "width": "12mm"}
-    case = FootprintCase.of(given | {"contact_age": aged, "scenes": "2"})
+    case = FootprintCase.of(given | {"contact_age": aged})
     assert not case.ride.age.holds
     assert case.contact_table == load_scene(aged).contact_parameters
     same = FootprintCase.of(given | {"contact": SURFACE})
     older, young = (survey(one, read_footprint(one)).mu_mean for one in (case, same))
     assert older > 1.01 * young
-    files = scene_files(case, read_footprint(case).pressure_map)
-    for name, text in files.items():
-        (tmp_path / name).write_text(text)
-    for name in files:
-        if name.endswith(".toml"):
-            block = load_scene(tmp_path / name)
-            assert block.rubber.relaxation == load_scene(aged).rubber.relaxation
-            assert block.contact_parameters == case.contact_table
     for wrong, said in (
         ({"contact_age": plain}, "does not age"),
         ({"contact_age": aged, "contact": SURFACE}, "--contact and --contact-age contradict"),
@@ -396,15 +386,3 @@ def test_shipped_tables_say_their_modulus():
     for name, modulus in (("A", 1.10e6), ("B", 1.64e6), ("C", 2.04e6)):
         file = Path(SURFACE).with_name(f"compound_{name}.csv")
         assert read_contact_table(file, "table").youngs_modulus == modulus
-
-
-def test_written_scenes_keep_a_table_of_measured_moduli():
-    measured = Path(SURFACE).parents[1] / "rubber" / "synthetic_dma.csv"
-    rubber = {"prony": None, "dma": str(measured), "modulus_is": "long-term", "D1": 6.9e-10}
-    given = scene(rubber=rubber, film=AGED | {"contact": SURFACE})
-    of_rubber, of_film = (tomllib.loads(text) for text in aged_keys(given))
-    again = scene(rubber=of_rubber | {"prony": None}, film=of_film)
-    assert contact_age(again) == contact_age(given)
-    rows, results = point_history(given)
-    assert rows[-1].contact_area_fraction > rows[0].contact_area_fraction
-    assert 0.0 < results["mu_mean"] < 1.0

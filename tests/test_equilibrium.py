@@ -12,7 +12,9 @@ from iceslide_fem.rubber import contact_nodes  # noqa: E402
 from iceslide_fem.rubber.contact import contact_state, sliding_friction, static_friction  # noqa: E402
 from iceslide_fem.rubber.contact_surface import contact_surface  # noqa: E402
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody  # noqa: E402
-from iceslide_fem.rubber.loaded_block import Equilibrium  # noqa: E402
+from iceslide_fem.rubber.loaded_block import (
+    Equilibrium,  # noqa: E402
+)
 from iceslide_fem.rubber.newton import Newton  # noqa: E402
 from iceslide_fem.runtime.errors import NotConverged, SceneError  # noqa: E402
 from iceslide_fem.scene.materials import BAR, COMPOUNDS  # noqa: E402

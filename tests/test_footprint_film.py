@@ -1,11 +1,7 @@
 """The film under every pixel: against the point level, across gaps, line by line."""
 
-import tomllib
-
 import numpy as np
 import pytest
-from iceslide_fem.preprocess.footprint.blocks import representative, scene_text, tread_blocks
-from iceslide_fem.preprocess.footprint.outlines import outline_text
 
 from iceslide_fem import point
 from iceslide_fem.preprocess.footprint.case import FootprintCase
@@ -14,7 +10,6 @@ from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.ride import Ride, WetIce
 from iceslide_fem.preprocess.footprint.synthetic import Tread
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.scene import load_scene, scene_from_dict
 from iceslide_fem.scene.contact_table import ConstantContact
 from iceslide_fem.scene.materials import (
     CONTACT_TABLES,
@@ -152,67 +147,12 @@ def test_lines_do_not_depend_on_each_other(changes):
             np.testing.assert_allclose(a[some], b, rtol=1e-6, atol=1e-15)
 
 
-def test_blocks_of_a_synthetic_tread():
-    tread = Tread(ribs=3, length=0.12, width=0.1)
-    footprint = tread.footprint((200, 240))
-    blocks = tread_blocks(footprint)
-    assert sum(block.load for block in blocks) == pytest.approx(footprint.load, rel=0.02)
-    assert [block.pressure for block in blocks] == sorted(block.pressure for block in blocks)
-    chosen = representative(blocks, 3)
-    assert sum(share for _, share in chosen) == pytest.approx(1.0)
-    assert all(share == pytest.approx(1 / 3, abs=0.15) for _, share in chosen)
-    mean = np.average([b.pressure for b in blocks], weights=[b.load for b in blocks])
-    assert sum(share * block.pressure for block, share in chosen) == pytest.approx(mean, rel=0.05)
-
-
-@pytest.mark.parametrize("count", [1, 2, 5, 8])
-def test_every_group_has_a_block(count):
-    footprint = PressureMap(np.zeros((30, 80)), 1e-3, 1e-3)
-    for i in range(8):
-        footprint.pressure[5:25, 10 * i : 10 * i + 8] = (i + 1) ** 3 * 1e4
-    chosen = representative(tread_blocks(footprint), count)
-    assert len(chosen) == len({block.x for block, _ in chosen}) == count
-    assert sum(share for _, share in chosen) == pytest.approx(1.0)
-
-
-def test_too_many_scenes_are_refused():
-    footprint = PressureMap(np.full((4, 4), 2e5), 1e-3, 1e-3)
-    with pytest.raises(SceneError, match="--scenes 2 is more than the 1 blocks"):
-        representative(tread_blocks(footprint), 2)
-
-
-def test_the_scene_of_a_block_is_that_block(tmp_path):
-    footprint = PressureMap(np.zeros((40, 60)), 1e-3, 5e-4)
-    footprint.pressure[10:30, 20:45] = 2.5e5
-    ((block, share),) = representative(tread_blocks(footprint), 1)
-    assert (block.x, block.y) == pytest.approx((32.5e-3, 10e-3))
-    (tmp_path / "block.toml").write_text(scene_text("block", block, share, case()))
-    (tmp_path / "block.csv").write_text(outline_text(block.outline, footprint.dx))
-    scene = load_scene(tmp_path / "block.toml")
-    assert scene.rubber.length == pytest.approx(25e-3)
-    assert scene.rubber.width == pytest.approx(10e-3)
-    assert scene.rubber.height == pytest.approx(8e-3)
-    assert scene.load.pressure == pytest.approx(2.5e5)
-    assert scene.load.speed == 4.0
-    assert scene.ice.temperature == pytest.approx(269.15)
-
-
-def test_water_lags_below_the_scene_of_a_block_as_below_the_footprint():
-    (block,) = tread_blocks(strip(np.array([3e5])))
-    scene = tomllib.loads(scene_text("b", block, 1.0, case(water_speed=0.5)))
-    assert scene_from_dict(scene).film.water_speed == 0.5
-
-
 def test_a_contact_file_takes_the_compounds_place(tmp_path):
-    footprint = strip(np.array([3e5]))
     file = tmp_path / "\N{SNOWFLAKE}\N{SNOWBOARDER}" / "contact.csv"
     file.parent.mkdir()
     file.write_text("pressure_Pa,k,D_m,H_V_m\n2e4,0.1,2e-5,6e-6\n2e6,0.8,9e-5,4e-7\n")
     own = case(contact=str(file))
     assert own.contact_table(2e4).k == pytest.approx(0.1)
-    (block,) = tread_blocks(footprint)
-    scene = tomllib.loads(scene_text("b", block, 1.0, own))
-    assert scene_from_dict(scene).contact_parameters.source == "contact.csv"
     with pytest.raises(SceneError, match="--contact .*no column k"):
         file.write_text("pressure_Pa\n1e5\n")
         case(contact=str(file))

@@ -2,12 +2,11 @@
 
 import csv
 import json
-import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
-from iceslide_fem.preprocess.footprint.blocks import scene_text, tread_blocks
+from iceslide_fem.scene.lugs import lugs_of
 
 from iceslide_fem.cli import main
 from iceslide_fem.preprocess.footprint.case import FootprintCase
@@ -23,7 +22,6 @@ from iceslide_fem.runs.point import point_history
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.scene.contact_table import read_contact_table
-from iceslide_fem.scene.lugs import lugs_of
 from iceslide_fem.scene.materials import MELTING_ENTHALPY
 
 pytestmark = pytest.mark.quick
@@ -227,13 +225,6 @@ def test_the_lug_is_that_of_a_block_or_the_footprint(line):
     ]  # fmt: skip
     assert lugs == pytest.approx([40e-3, 20e-3, 3e-3])
     assert WheelCase.of(line).wet_ice(0.04) is None
-
-
-def test_the_scene_of_a_block_is_wet():
-    (block,) = tread_blocks(strip(3e5))
-    case = FootprintCase.of({"gaussian": "40mm,2bar,20mm", "water": "20um"})
-    scene = scene_from_dict(tomllib.loads(scene_text("b", block, 1.0, case)))
-    assert scene.film.voids == "carry" and scene.ice.water == pytest.approx(20e-6)
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from iceslide_fem.film.integrators import InterfaceState, advance  # noqa: E402
 from iceslide_fem.film.law import FilmStage, Surface, implicit_stage  # noqa: E402
 from iceslide_fem.film.loads import FilmLoads, FilmOnIce  # noqa: E402
 from iceslide_fem.film.runge_kutta import INTEGRATORS  # noqa: E402
-from iceslide_fem.interface import heat_models  # noqa: E402
+from iceslide_fem.interface import build  # noqa: E402
 from iceslide_fem.interface.film_frame import ContactLoads  # noqa: E402
 from iceslide_fem.interface.ice_columns import GridColumnsUnderPoints  # noqa: E402
 from iceslide_fem.interface.ice_continuum import Continuum  # noqa: E402
@@ -448,7 +448,7 @@ def test_first_guess_saves_changes_and_moves_nothing(model):
 def test_stages_settle_with_the_link_and_agreement_of_a_tolerance(tolerance):
     """Also where a stiff link lets rounding grow: the agreement does not ask for more."""
     ice, points, _ = some_ice(
-        "slice", 0.5, heat_models.INTERFACE_RESISTANCE * tolerance, heat_models.agreement(tolerance)
+        "slice", 0.5, build.INTERFACE_RESISTANCE * tolerance, build.agreement(tolerance)
     )
     heat_state = ice.initial(0)
     for _ in range(3):

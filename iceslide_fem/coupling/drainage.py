@@ -17,12 +17,12 @@ from iceslide_fem.coupling.subcycles import Subcycles
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.carrying import LUG
 from iceslide_fem.film.integrators import InterfaceState
+from iceslide_fem.film.lugs import Lugs, open_sipes
 from iceslide_fem.interface.film_frame import ContactLoads, FilmFrame
 from iceslide_fem.laws.carrying_film import CarryingFilm
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.contact_surface import ContactSurface, area_vectors
 from iceslide_fem.runtime.arrays import Array
-from iceslide_fem.scene.lugs import Lugs, open_sipes
 from iceslide_fem.scene.shape import Sipe
 
 NEAR = 1e-6  # m, tolerance between a wall and its position in the drawing

@@ -88,24 +88,30 @@ def scene_conditions(scene: Scene) -> Conditions:
 
     The speed is 0 for a start from rest; `Conditions.of` itself does not accept 0.
     """
-    pressure, speed = scene.load.pressures.first, scene.load.speeds.first
-    k, D, H_V, _ = scene.contact_parameters(pressure)
-    here = Conditions.of(
-        pressure=pressure,
-        speed=speed or 1.0,
-        temperature=scene.ice.temperature,
-        k=k,
-        D=D,
-        H_V=H_V,
-        initial_height=scene.initial_height,
-        duration=exposure(scene),
-        viscosity=scene.viscosity,
-        strength=scene.shear_strength,
-        refreeze=scene.film.refreeze,
-        fastest=scene.load.speeds.largest,
-        **scene.ice.solid._asdict(),
-    )
+    load, speed = scene.load, scene.load.speeds.first
+    duration, fastest = exposure(scene), load.speeds.largest
+    here = conditions_at(scene, load.pressures.first, speed or 1.0, duration, fastest=fastest)
     return here if speed else here._replace(speed=np.zeros(1))
+
+
+def conditions_at(
+    scene: Scene, pressure: ArrayLike, speed: float, duration: float, **more: Any
+) -> Conditions:
+    """Conditions of `scene` at some `pressure` (Pa) and `speed` (m/s) for a `duration` (s).
+
+    more: other arguments of `Conditions.of`, which replace those of the scene.
+    """
+    k, D, H_V, _ = scene.contact_parameters(pressure)
+    given = scene.ice.solid._asdict() | {
+        "temperature": scene.ice.temperature,
+        "initial_height": scene.initial_height,
+        "viscosity": scene.viscosity,
+        "strength": scene.shear_strength,
+        "refreeze": scene.film.refreeze,
+    }
+    contact = {"k": k, "D": D, "H_V": H_V}
+    ridden = {"pressure": pressure, "speed": speed, "duration": duration}
+    return Conditions.of(**contact | ridden | given | more)
 
 
 def varied_conditions(scene: Scene, **varied: ArrayLike) -> Conditions:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 
 import numpy as np
@@ -43,7 +42,6 @@ from iceslide_fem.mesh.rubber import block_shape
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene import Scene
-from iceslide_fem.scene.thermal_layers import HEATED_LAYERS
 
 # Continuum ice, relative to the tolerance: the error of dropped modes; the interface resistance
 # between points and ice, over the resistance of the layers that the shortest heating reaches. A 25
@@ -86,7 +84,7 @@ def settings_of(block: Block, heated: Array) -> Settings:
     """Settings of meshed ice with these heating times `heated` (s)."""
     scene, solid = block.scene, block.scene.ice.solid
     tolerance, longest = scene.numerics.tolerance, float(np.max(heated))
-    deep = HEATED_LAYERS * math.sqrt(solid.diffusivity * longest)
+    deep = solid.heated_depth(longest)
     fraction = _shortest(scene, heated) / longest
     interface_resistance = (
         INTERFACE_RESISTANCE * tolerance * fraction**0.5 * deep / solid.conductivity

@@ -15,8 +15,9 @@ from typing import NamedTuple
 import numpy as np
 
 from iceslide_fem.film.aged_loads import AgedLoading
+from iceslide_fem.film.conditions import conditions_at
 from iceslide_fem.film.contact_age import contact_age
-from iceslide_fem.film.point import Conditions, ice_below, simulate
+from iceslide_fem.film.point import ice_below, simulate
 from iceslide_fem.film.point_conditions import RANGES
 from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.laws.interface_law import InterfaceLaw
@@ -168,22 +169,8 @@ def _friction(
         return _friction_without_film(scene, law, pressure, duration, times, ice)
     acting = pressure if scene.film.pressure == "local" else np.full_like(fractions, nominal)
     acting = np.clip(acting, *RANGES["pressure"][:2])  # at a nearly lifted edge
-    k, D, H_V, _ = scene.contact_parameters(acting)
     age = contact_age(scene)
-    conditions = Conditions.of(
-        pressure=acting,
-        speed=scene.load.speeds.mean,
-        temperature=scene.ice.temperature,
-        k=k,
-        D=D,
-        H_V=H_V,
-        initial_height=scene.initial_height,
-        duration=duration,
-        viscosity=scene.viscosity,
-        strength=scene.shear_strength,
-        refreeze=scene.film.refreeze,
-        **scene.ice.solid._asdict(),
-    )
+    conditions = conditions_at(scene, acting, scene.load.speeds.mean, duration)
     found = simulate(
         conditions,
         ice,

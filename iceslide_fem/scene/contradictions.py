@@ -12,7 +12,6 @@ from iceslide_fem.scene.materials import BAR
 from iceslide_fem.scene.rules import check_rules
 from iceslide_fem.scene.shape import check_room_across
 from iceslide_fem.scene.tables import Tables
-from iceslide_fem.scene.thermal_layers import HEATED_LAYERS
 
 DEEPEST = 0.1  # allowed penetration over the height
 
@@ -147,7 +146,7 @@ def _contact_is_stiff(scene: Tables) -> None:
 
 def _heat_stays_in_the_rubber(scene: Tables) -> None:
     """Raise ValueError if heat reaches the plate of rubber that is taken as a half-space."""
-    needed = HEATED_LAYERS * (scene.rubber.solid.diffusivity * scene.load.duration) ** 0.5
+    needed = scene.rubber.solid.heated_depth(scene.load.duration)
     if scene.rubber.heat != "mesh" and scene.rubber.height < needed:
         raise ValueError(
             f"rubber.height = {1e3 * scene.rubber.height:.3g} mm is too thin for rubber.heat = "

@@ -6,6 +6,7 @@ rough rubber and smooth ice*, Politecnico di Torino, 2017-18 ("the thesis").
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -33,6 +34,10 @@ RUBBER_CONDUCTIVITY = 0.19  # W/(m K)
 RUBBER_HEAT_CAPACITY = 1500.0  # J/(kg K)
 
 
+# Thermal layers sqrt(alpha t) that heat reaches, where erfc(2) = 0.5 % of the rise remains.
+HEATED_LAYERS = 4.0
+
+
 class Solid(NamedTuple):
     """Thermal properties: conductivity (W/(m K)), density (kg/m3), heat capacity (J/(kg K)).
 
@@ -50,6 +55,10 @@ class Solid(NamedTuple):
     def diffusivity(self) -> Any:
         """alpha = lambda / (rho c), m2/s."""
         return self.conductivity / (self.density * self.heat_capacity)
+
+    def heated_depth(self, duration: float) -> float:
+        """Depth (m) that heat from a surface reaches in `duration` (s): some sqrt(alpha t)."""
+        return HEATED_LAYERS * math.sqrt(self.diffusivity * duration)
 
     @property
     def effusivity(self) -> Any:

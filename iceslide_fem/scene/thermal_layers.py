@@ -14,14 +14,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from iceslide_fem.runtime.arrays import Array, Index
-from iceslide_fem.scene.materials import Layer
+from iceslide_fem.scene.materials import HEATED_LAYERS, Layer
 
-# First layer over the thermal layer of the whole run, growth of layers, and depth, where erfc(2) =
-# 0.5 % of the rise remains. The error of the surface temperature under constant flux is then 4e-5
-# after a hundredth of the run, and 8e-5 after a thousandth.
+# First layer over the thermal layer of the whole run, and growth of layers. The error of the
+# surface temperature under constant flux is then 4e-5 after a hundredth of the run, and 8e-5 after
+# a thousandth.
 FIRST_LAYER = 0.025
 LAYER_RATIO = 1.4
-HEATED_LAYERS = 4.0
 # Allowed excess thickness of the last element of a layer, over that of one more element. Without it
 # an element of a fifth of the thickness could remain.
 LAST_STRETCH = 0.25

@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 from scipy.integrate import trapezoid
 from scipy.optimize import brentq
 
+from iceslide_fem.film.lugs import lugs_of
 from iceslide_fem.film.voids import Voids
 from iceslide_fem.laws.carrying_film import CarryingFilm
 from iceslide_fem.output.table import PassRow
@@ -24,7 +25,6 @@ from iceslide_fem.runs.point import point_history
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.scene import Scene, scene_from_dict
 from iceslide_fem.scene.contact_table import read_contact_table
-from iceslide_fem.scene.lugs import lugs_of
 from iceslide_fem.scene.materials import BAR, ICE, WATER_VISCOSITY
 from iceslide_fem.simulate import run
 from scripts.studies.blocks import slid
