@@ -23,7 +23,7 @@ from iceslide_fem.laws.carrying_film import CarryingFilm
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.contact_surface import ContactSurface, area_vectors
 from iceslide_fem.runtime.arrays import Array
-from iceslide_fem.scene.shape import Sipe
+from iceslide_fem.scene.cuts import Sipe
 
 NEAR = 1e-6  # m, tolerance between a wall and its position in the drawing
 

@@ -10,7 +10,7 @@ from iceslide_fem.runtime.units import ZERO_CELSIUS, readable
 from iceslide_fem.scene.ground import check_ground
 from iceslide_fem.scene.materials import BAR
 from iceslide_fem.scene.rules import check_rules
-from iceslide_fem.scene.shape import check_room_across
+from iceslide_fem.scene.shape import check_room_across, check_shape
 from iceslide_fem.scene.tables import Tables
 
 DEEPEST = 0.1  # allowed penetration over the height
@@ -23,6 +23,7 @@ def check_contradictions(scene: Tables) -> None:
         raise ValueError(
             "film.k, film.D and film.H_V are missing; without a compound give them, or film.contact"
         )
+    check_shape(scene.rubber)
     _rows_are_apart(scene)
     check_rules(scene)
     check_ground(scene.ice)

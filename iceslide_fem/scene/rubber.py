@@ -18,6 +18,14 @@ from pydantic_core import PydanticCustomError
 from iceslide_fem.relaxation.dma_fit import Characterised, measured_in
 from iceslide_fem.relaxation.prony import Relaxation
 from iceslide_fem.relaxation.shift import NoShift, Shift, ShiftTable
+from iceslide_fem.scene.cuts import (
+    WIDEST,
+    Cut,
+    Groove,
+    Sipe,
+    Sipes,
+    evenly_spaced,
+)
 from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.materials import (
     COMPOUNDS,
@@ -29,15 +37,6 @@ from iceslide_fem.scene.materials import (
 )
 from iceslide_fem.scene.outline_file import read_outline
 from iceslide_fem.scene.relaxation import Arms, Factors, Wlf, series, shift_table
-from iceslide_fem.scene.shape import (
-    WIDEST,
-    Cut,
-    Groove,
-    Sipe,
-    Sipes,
-    check_shape,
-    evenly_spaced,
-)
 from iceslide_fem.scene.units import Quantity, Table, key
 
 LEAST_INSTANTANEOUS_NU = 0.3  # for viscoelastic rubber
@@ -216,7 +215,6 @@ class Rubber(Table):
                     f"{cuts} in {1e3 * self.length:.3g} mm; allowed: up to "
                     f"{1e3 * most:.3g} mm, half of their distance"
                 )
-        check_shape(self)
         if self.outline is not None:
             read_outline(self.outline, "rubber.outline")
         return self

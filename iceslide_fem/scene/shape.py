@@ -1,119 +1,18 @@
-"""Cuts in the built-in block, and checks of their fit."""
+"""Checks that the cuts of the built-in block fit into it."""
 
 from __future__ import annotations
 
 from itertools import pairwise
 from math import inf, tan
-from typing import Annotated, Any, Literal, Protocol, Self
 
-from pydantic import Discriminator, Tag, model_validator
-
-from iceslide_fem.scene.units import Quantity, Table
-
-Position = Annotated[float, Quantity("m", "-0.5 m", "0.5 m")]
-Size = Annotated[float, Quantity("m", "10 um", "1 m")]
-Cut = Annotated[float, Quantity("m", "0 m", "10 mm")]
-Tilt = Annotated[float, Quantity("rad", "-40 deg", "40 deg")]
+from iceslide_fem.scene.rubber import Rubber
 
 DEEPEST = 0.9  # of the height: the rest holds the lugs
 LARGEST_EDGE = 0.2  # largest cut of an edge, of a lug, of the height and of a depth
 SMALLEST_EDGE = 1e-6  # m
-WIDEST = 0.5  # of the distance of evenly spaced sipes
 
 
-class Sipe(Table):
-    """A slot across the sliding direction: middle of its mouth, width and depth, m.
-
-    angle: of its walls to the vertical, rad; positive if the end of the slot is ahead of its mouth.
-    Its walls may be a `wave` or a zigzag with `amplitude` and `wavelength` (m), `along` the width
-    of the block or the depth of the sipe.
-    """
-
-    position: Position
-    width: Size
-    depth: Size
-    angle: Tilt = 0.0
-    wave: Literal["none", "wave", "zigzag"] = "none"
-    along: Literal["width", "depth"] = "width"
-    amplitude: Cut = 0.0
-    wavelength: Size = 2e-3
-
-    @property
-    def walls(self) -> tuple[float, float]:
-        """Positions of its walls at the ice, m."""
-        return self.position - self.width / 2, self.position + self.width / 2
-
-    @model_validator(mode="after")
-    def _waves_are_drawn(self) -> Self:
-        if self.wave == "none" and self.amplitude > 0.0:
-            raise ValueError(
-                f"a sipe's amplitude = {1e3 * self.amplitude:.3g} mm has no effect with wave = "
-                '"none"; allowed with it: wave = "wave" or "zigzag"'
-            )
-        if self.amplitude > 0.3 * self.wavelength:
-            raise ValueError(
-                f"a sipe's amplitude = {1e3 * self.amplitude:.3g} mm is too large; allowed: up to "
-                f"0.3 wavelength = {0.3e3 * self.wavelength:.3g} mm"
-            )
-        return self
-
-
-def _many_or_listed(value: Any) -> str:
-    return "<listed>" if isinstance(value, list | tuple) else "<counted>"
-
-
-# A number or a list. Messages omit text in angle brackets.
-Sipes = Annotated[
-    Annotated[Literal[0, 1, 2, 3, 4, 5, 6, 7, 8], Tag("<counted>")]
-    | Annotated[tuple[Sipe, ...], Tag("<listed>")],
-    Discriminator(_many_or_listed),
-]
-
-
-class Groove(Table):
-    """A slot along the sliding direction, m: distance of its middle from the block's middle plane
-    (on both sides of it), width and depth.
-    """
-
-    position: Annotated[float, Quantity("m", "0 m", "0.5 m")] = 0.0
-    width: Size
-    depth: Size
-
-
-class Shaped(Protocol):
-    """Shape parameters of a block (`Rubber`): lengths in m, angle in rad."""
-
-    @property
-    def length(self) -> float: ...
-    @property
-    def width(self) -> float: ...
-    @property
-    def height(self) -> float: ...
-    @property
-    def edge_radius(self) -> float: ...
-    @property
-    def chamfer(self) -> float: ...
-    @property
-    def draft_angle(self) -> float: ...
-    @property
-    def grooves(self) -> tuple[Groove, ...]: ...
-    @property
-    def mesh(self) -> object: ...
-    @property
-    def outline(self) -> object: ...
-    @property
-    def sipes(self) -> int | tuple[Sipe, ...]: ...
-    @property
-    def cuts(self) -> tuple[Sipe, ...]: ...
-
-
-def evenly_spaced(count: int, length: float, width: float, depth: float) -> tuple[Sipe, ...]:
-    """`count` straight sipes in a block of this length."""
-    places = (length * (n / (count + 1) - 0.5) for n in range(1, count + 1))
-    return tuple(Sipe.model_construct(position=place, width=width, depth=depth) for place in places)
-
-
-def check_shape(rubber: Shaped) -> None:
+def check_shape(rubber: Rubber) -> None:
     """Raise ValueError if the cuts do not fit into the block, or contradict mesh or outline."""
     given = {
         "rubber.sipes": bool(rubber.cuts),
@@ -144,7 +43,7 @@ def check_shape(rubber: Shaped) -> None:
     _check_grooves(rubber)
 
 
-def _check_depths(rubber: Shaped) -> None:
+def _check_depths(rubber: Rubber) -> None:
     depths = [(f"grooves.{n}.depth", groove.depth) for n, groove in enumerate(rubber.grooves)]
     if isinstance(rubber.sipes, int):
         depths += [("sipe_depth", sipe.depth) for sipe in rubber.cuts]
@@ -158,7 +57,7 @@ def _check_depths(rubber: Shaped) -> None:
             )
 
 
-def _check_lugs(rubber: Shaped) -> None:
+def _check_lugs(rubber: Rubber) -> None:
     """Raise ValueError if sipes overlap or leave no room for edge cuts."""
     half = rubber.length / 2
     walls = [(-half, -half)]
@@ -190,7 +89,7 @@ def _check_lugs(rubber: Shaped) -> None:
         raise ValueError("rubber.draft_angle is too large for a block as tall as this")
 
 
-def check_room_across(rubber: Shaped) -> None:
+def check_room_across(rubber: Rubber) -> None:
     """Raise ValueError if grooves and sides leave no room for edge cuts along x (block only)."""
     begin, narrowest = 0.0, rubber.width
     for groove in sorted(rubber.grooves, key=lambda groove: groove.position):
@@ -208,12 +107,12 @@ def check_room_across(rubber: Shaped) -> None:
         )
 
 
-def _edge(rubber: Shaped) -> tuple[float, str]:
+def _edge(rubber: Rubber) -> tuple[float, str]:
     """Size of the edge cut, m, and its key."""
     return max((rubber.edge_radius, "edge_radius"), (rubber.chamfer, "chamfer"))
 
 
-def _check_grooves(rubber: Shaped) -> None:
+def _check_grooves(rubber: Rubber) -> None:
     edge = rubber.width / 2
     reached = 0.0
     for groove in sorted(rubber.grooves, key=lambda groove: groove.position):
