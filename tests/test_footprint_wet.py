@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from iceslide_fem.scene.lugs import lugs_of
+from iceslide_fem.film.lugs import lugs_of
 
 from iceslide_fem.cli import main
 from iceslide_fem.preprocess.footprint.case import FootprintCase

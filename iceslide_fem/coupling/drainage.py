@@ -2,7 +2,7 @@
 
 Half of the outflow along x goes to either side, into a sipe if it has room. Water wiped off by a
 leading edge goes into the sipe in front of it. The rest is pushed out. A full sipe lets water pass,
-so the lugs on its two sides act as one (`scene.lugs`).
+so the lugs on its two sides act as one (`film.lugs`).
 """
 
 from __future__ import annotations
