@@ -1,6 +1,7 @@
 """What is read, drawn, planned and swept of runs that slide over the same ice again."""
 
 import csv
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -133,10 +134,11 @@ def test_a_sweep_has_the_run_of_each_case(folder):
     )
 
 
-def test_a_page_that_follows_a_run_sees_sliding_time(folder):
-    started = StartedRun(scene(), folder, None, folder / "log", begun=0.0)
-    rows = started._rows("history.csv")
-    assert rows[-1][0] == pytest.approx(PASSES * TIME)
+def test_a_page_that_follows_a_run_sees_sliding_time(folder, tmp_path):
+    (tmp_path / "log").touch()
+    over = SimpleNamespace(poll=lambda: 0)
+    rows = StartedRun(scene(), folder, over, tmp_path / "log", begun=0.0).progress()["rows"]
+    assert rows[-1][0] == pytest.approx(1e3 * PASSES * TIME)
     assert (np.diff([time for time, _ in rows]) >= 0.0).all()
 
 

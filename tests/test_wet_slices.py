@@ -8,6 +8,7 @@ import pytest
 pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 from test_sliding import slide, started  # noqa: E402
 
+from iceslide_fem.coupling.drainage import drainage_of  # noqa: E402
 from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
 from iceslide_fem.coupling.restart import checkpoint_tables, resumed  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
@@ -143,11 +144,14 @@ def test_sipes_that_are_full_drain_no_more():
 def test_a_sipe_holds_what_its_walls_leave():
     """Stretched along x it is wider by that, compressed along z lower."""
     sliding = started(scene("on ice", "20 um", sipes=SMALL, stores_water=True))
-    rubber, drainage = sliding.block.rubber, sliding._drainage
+    rubber, drainage = sliding.block.rubber, drainage_of(sliding.block, sliding.frame)
+    before, step = sliding.current, sliding.advance()
+    much = np.ones_like(step.state.interface.squeezed_height)
     x = rubber.space.tabulate_dof_coordinates()[:, :2]
     for stretch in ([0.1, 0.0], [0.0, -0.2]):
         rubber.u.x.array[:] = (x * stretch).ravel()
-        np.testing.assert_allclose(drainage._capacity(), 1.2e-7 * (1.0 + sum(stretch)), rtol=1e-9)
+        full = drainage.after(before, step.state, step.subcycles, wiped=much).stored
+        np.testing.assert_allclose(full, 1.2e-7 * (1.0 + sum(stretch)), rtol=1e-9)
 
 
 def test_a_puddle_comes_and_goes():
