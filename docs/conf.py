@@ -30,6 +30,7 @@ nb_execution_raise_on_error = True
 nb_merge_streams = True
 nb_output_stderr = "remove"  # what VTK says of machines without a screen
 autodoc_typehints = "description"
+autodoc_type_aliases = {"ArrayLike": "ArrayLike", "Array": "Array"}
 autodoc_member_order = "bysource"
 
 html_theme = "pydata_sphinx_theme"
