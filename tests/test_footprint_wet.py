@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from iceslide_fem.film.lugs import lugs_of
 
 from iceslide_fem.cli import main
+from iceslide_fem.film.lugs import lugs_of
 from iceslide_fem.preprocess.footprint.case import FootprintCase
 from iceslide_fem.preprocess.footprint.line import gaussian_profile
 from iceslide_fem.preprocess.footprint.passing import film_map
