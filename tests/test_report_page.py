@@ -344,7 +344,6 @@ def test_the_ladder_is_compared_with_its_finest(pages):
 
 def test_a_line_and_a_map_say_their_edge_temperatures(pages):
     for name in ("line", "footprint"):
-        page = Parsed(pages[name].read_text("utf-8"))
         summary = json.loads((pages[name].parent / "summary.json").read_text())
         ends = (summary["film"][f"{end}_edge_temperature_C"] for end in ("leading", "trailing"))
         assert "{:.2f}, {:.2f} degC".format(*ends) in pages[name].read_text("utf-8")
