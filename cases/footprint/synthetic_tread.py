@@ -30,7 +30,7 @@ def main() -> None:
     truth = tread.footprint(shape)
     picture, legend = coloured_picture(truth, HIGH, "jet")
     arguments.out.parent.mkdir(parents=True, exist_ok=True)
-    _, figures = run(
+    _, figures, _ = run(
         FOOTPRINT,
         {
             "image": save(picture, arguments.out.with_suffix(".jpg")),

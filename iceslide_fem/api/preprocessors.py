@@ -76,7 +76,7 @@ def footprint(
     """
     values = _as_options({"image": image, **options})
     folder = Path(out) if out is not None else results_folder(values)
-    survey, figures = run(footprints.FOOTPRINT, values, folder, force)
+    survey, figures, _ = run(footprints.FOOTPRINT, values, folder, force)
     return xr.Dataset(
         _maps(survey), attrs=_attributes("footprint", figures["source"], folder, figures)
     )
@@ -115,7 +115,7 @@ def roughness(
     """
     values = _as_options({"surface": surface, **options})
     folder = Path(out) if out is not None else results_folder(values)
-    found, figures = run(surfaces.ROUGHNESS, values, folder, force)
+    found, figures, _ = run(surfaces.ROUGHNESS, values, folder, force)
     attributes = _attributes("roughness", surface, folder, figures)
     parts = [xr.Dataset(variables(columns(each), "pressure_Pa")) for each in found]
     if len(parts) > 1:
@@ -159,7 +159,7 @@ def wheel(
     if vary:
         values["vary"] = [f"{key}={_as_text(several)}" for key, several in vary.items()]
     folder = Path(out) if out is not None else results_folder(values, "_wheel")
-    found, figures = run(wheels.WHEEL, values, folder, force)
+    found, figures, _ = run(wheels.WHEEL, values, folder, force)
     slipping = slip_columns(found.curves, found.read.pressure_map.load)
     table = pd.DataFrame(slipping).set_index(["speed_m_s", "temperature_C", "slip"])
     result = xr.Dataset.from_dataframe(table)

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import typer
 
+from iceslide_fem.commands.report import leave_page
 from iceslide_fem.runtime.launch import imports_that_stay
 from iceslide_fem.runtime.terminal import show_figures, show_notes
 
@@ -64,16 +65,23 @@ def whole(name: str) -> Callable[..., None]:
 
     def work(values: dict[str, Any], out: Path | None, force: bool, no_report: bool) -> None:
         with imports_that_stay():
-            from iceslide_fem.preprocess.work import results_folder, run
+            from iceslide_fem.postprocess.report.page import write_page
+            from iceslide_fem.preprocess.work import page_of, results_folder, run
         folder = out or results_folder(values, entry.ending)
-        _, figures = run(kind, values, folder, force, not no_report)
-        words = kind.words(figures)
+        done = run(kind, values, folder, force)
+        words = kind.words(done.figures)
         show_figures(words.lines)
         for table in words.tables:
             _show_table(table)
-        show_notes(figures["warnings"])
+        show_notes(done.figures["warnings"])
         for remark in words.remarks:
             typer.echo(remark)
+        if not no_report:
+            leave_page(
+                lambda: write_page(
+                    folder / "report.html", page_of(words, done.charts, done.figures)
+                )
+            )
         for path in sorted(path for path in folder.iterdir() if path.is_file()):
             typer.echo(str(path))
 

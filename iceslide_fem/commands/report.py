@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
@@ -49,8 +50,13 @@ def leave_report(folder: Path) -> None:
 
     from iceslide_fem.workflow.report import report as write
 
+    leave_page(lambda: write([folder]))
+
+
+def leave_page(write: Callable[[], object]) -> None:
+    """Call `write`, which writes a page. An error here does not fail the command."""
     try:
-        write([folder])
+        write()
     except IceslideError as error:
         typer.echo(f"Note: no report.html: {error}.")
     except (ArithmeticError, LookupError, OSError, TypeError, ValueError) as error:

@@ -17,7 +17,6 @@ from iceslide_fem.postprocess.report.page import (
     Section,
     Table,
     Text,
-    write_page,
 )
 from iceslide_fem.postprocess.report.png import save_png
 from iceslide_fem.postprocess.report.words import as_warning, versions_of
@@ -26,7 +25,6 @@ from iceslide_fem.runtime.folders import claimed, clear_results, other_case
 from iceslide_fem.scene.command_options import CommandOptions
 from iceslide_fem.scene.fingerprint import versions
 
-PAGE = "report.html"
 Charts = Mapping[str, Sequence[Chart | HeatMap]]  # by names of pictures without .png
 
 
@@ -64,16 +62,21 @@ class Preprocessor(NamedTuple):
     summary: str = "summary.json"
 
 
-def run(
-    kind: Preprocessor, values: Mapping[str, Any], out: Path, force: bool = False, page: bool = True
-) -> tuple[Any, dict[str, Any]]:
+class Done(NamedTuple):
+    """What a preprocessor has computed and written: results, summary, charts."""
+
+    found: Any
+    figures: dict[str, Any]
+    charts: Charts
+
+
+def run(kind: Preprocessor, values: Mapping[str, Any], out: Path, force: bool = False) -> Done:
     """Compute what `values` describe (see `kind.case`) and write to `out`.
 
-    Writes the tables, a picture for each entry of the charts, unless `page` is false report.html,
-    and the summary. Returns the results and the content of the summary. Earlier results of the same
-    input are replaced, with `force` any results. Raises SceneError, before anything is written, if
-    the input is invalid or `out` must not be used, SimulationStopped if a step of the law fails,
-    and OutputError if a file cannot be written.
+    Writes the tables, a picture for each entry of the charts, and the summary. Earlier results of
+    the same input are replaced, with `force` any results. Raises SceneError, before anything is
+    written, if the input is invalid or `out` must not be used, SimulationStopped if a step of the
+    law fails, and OutputError if a file cannot be written.
     """
     begun = time.perf_counter()
     case = kind.case.of(values)
@@ -88,10 +91,8 @@ def run(
             for name, parts in charts.items():
                 save_png(parts, out / f"{name}.png")
         figures |= {"wall_s": time.perf_counter() - begun, "versions": versions()}
-        if page:
-            write_page(out / PAGE, page_of(kind.words(figures), charts, figures))
         replace_file(out / kind.summary, json.dumps(figures, indent=2) + "\n")
-        return found, figures
+        return Done(found, figures, charts)
 
 
 def results_folder(values: Mapping[str, Any], ending: str = "") -> Path:
