@@ -56,7 +56,7 @@ WAYS = {
     ),
     "rank 0 cannot draw": (
         "from iceslide_fem import simulate\n"
-        "failing(simulate, 'report', OSError(28, 'No space left on device'), 0)\n",
+        "failing(simulate, 'draw_run', OSError(28, 'No space left on device'), 0)\n",
         3,
         "No space left on device",
     ),

@@ -34,10 +34,8 @@ from iceslide_fem.runs.checkpoint import (  # noqa: E402
     same_scene,
     write_checkpoint,
 )
-from iceslide_fem.runs.schedule import (
-    Interruption,  # noqa: E402
-    Schedule,  # noqa: E402
-)
+from iceslide_fem.runs.interruption import Interruption  # noqa: E402
+from iceslide_fem.runs.schedule import Schedule  # noqa: E402
 from iceslide_fem.runs.summary import Results  # noqa: E402
 from iceslide_fem.runtime.errors import Interrupted, OutputError, SceneError  # noqa: E402
 from iceslide_fem.runtime.files import replace_file  # noqa: E402

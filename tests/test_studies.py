@@ -464,7 +464,7 @@ def test_outputs_of_one_tree_are_the_same(tmp_path):
         first, second = printed("same_outputs", str(tmp_path))[-2:]
         assert first[3] == second[3] == "" and int(first[2]) >= 1 and int(second[2]) >= 2
     (tmp_path / "footprint_1" / "line.csv").write_text("x_m\n")
-    with pytest.raises(subprocess.CalledProcessError):
+    with pytest.raises(AssertionError, match=r"line\.csv"):
         printed("same_outputs", str(tmp_path))
 
 

@@ -183,5 +183,5 @@ def test_of_a_run_the_history_has_all_water():
 def test_a_point_of_passing_ice_has_no_water_that_lags_behind():
     scene = passing().as_dict()
     scene["model"], scene["film"]["water_speed"] = "point", 0.5
-    with pytest.raises(SceneError, match="water_speed = 0.5 and model"):
+    with pytest.raises(SceneError, match="film.water_speed and model"):
         scene_from_dict(scene)

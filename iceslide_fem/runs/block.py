@@ -38,6 +38,7 @@ from iceslide_fem.runs.checkpoint import (
     trusted,
     write_checkpoint,
 )
+from iceslide_fem.runs.interruption import Interruption
 from iceslide_fem.runs.observation import Observation, Observer
 from iceslide_fem.runs.observers import (
     Checkpoints,
@@ -50,7 +51,7 @@ from iceslide_fem.runs.observers import (
     Watch,
 )
 from iceslide_fem.runs.pace import Pace, TimeLimit
-from iceslide_fem.runs.schedule import Interruption, Schedule
+from iceslide_fem.runs.schedule import Schedule
 from iceslide_fem.runs.summary import Results
 from iceslide_fem.runtime.errors import Interrupted, OutputError, SceneError, SimulationStopped
 from iceslide_fem.runtime.folders import clear_results
