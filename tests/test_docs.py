@@ -7,7 +7,6 @@ import tomllib
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
-import click
 import pytest
 import typer
 
@@ -185,7 +184,7 @@ def test_commands_exist_with_their_options(page):
     group = typer.main.get_command(app)
     for name, *words in commands(page):
         assert name in group.commands, name
-        _, command, _ = group.resolve_command(click.Context(group), [name])
+        _, command, _ = group.resolve_command(typer.Context(group), [name])
         options = {option for parameter in command.params for option in parameter.opts}
         own = words[: words.index("--")] if "--" in words else words
         given = {word.partition("=")[0] for word in own if word.startswith("--")}
