@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("dolfinx")
-from test_sliding import slide, started  # noqa: E402
+from slides import slide, started  # noqa: E402
 
 from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402

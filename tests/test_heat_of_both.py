@@ -5,7 +5,7 @@ import pytest
 
 pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 from blocks import a_block  # noqa: E402
-from test_sliding import slide, started, thesis  # noqa: E402
+from slides import slide, started, thesis  # noqa: E402
 
 from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
 from iceslide_fem.fenics.compat import MPI, fem  # noqa: E402

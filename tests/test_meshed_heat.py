@@ -9,7 +9,7 @@ import pytest
 
 pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 
-from test_sliding import slide, started  # noqa: E402
+from slides import slide, started  # noqa: E402
 
 from iceslide_fem.cli import main  # noqa: E402
 from iceslide_fem.coupling.ledger import Ledger  # noqa: E402

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("dolfinx")
-from test_sliding import CASES, started  # noqa: E402
+from slides import CASES, started  # noqa: E402
 
 from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
 from iceslide_fem.coupling.restart import checkpoint_tables, resumed  # noqa: E402

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 pytest.importorskip("dolfinx")
+from slides import CASES, refusal, slide, started  # noqa: E402
 from test_ice import given_flux  # noqa: E402
-from test_sliding import CASES, slide, started  # noqa: E402
 
 from iceslide_fem.coupling.coupled_step import CoupledStep
 from iceslide_fem.coupling.drainage import Undrained  # noqa: E402
@@ -28,7 +28,7 @@ from iceslide_fem.laws.film import FilmLaw  # noqa: E402
 from iceslide_fem.mesh.ice import WINDOW_BULGE, window_lines  # noqa: E402
 from iceslide_fem.reference import band_source_rise  # noqa: E402
 from iceslide_fem.runs.point import point_history  # noqa: E402
-from iceslide_fem.runtime.errors import NotConverged, SimulationStopped  # noqa: E402
+from iceslide_fem.runtime.errors import NotConverged  # noqa: E402
 from iceslide_fem.scene import load_scene, scene_from_dict  # noqa: E402
 from iceslide_fem.scene.materials import CONTACT_TABLES  # noqa: E402
 
@@ -232,10 +232,14 @@ def test_ice_is_below_all_that_touches_when_the_block_springs_forward(carrier, t
     assert farthest > 10e-6
 
 
-def test_a_block_that_leaves_its_window_of_ice_is_stopped(monkeypatch):
-    monkeypatch.setattr("iceslide_fem.mesh.ice.WINDOW_SHEAR", -0.3)
-    with pytest.raises(SimulationStopped, match="leaves its window of ice"):
-        slide(springing("rubber", "-0.2 degC"))
+def test_no_step_is_accepted_that_leaves_the_window_of_ice():
+    sliding = started(springing("rubber", "-0.2 degC"))
+
+    def farther(step):
+        there = replace(step.after.loads, positions=step.after.loads.positions + 1.0)
+        return step._replace(after=step.after._replace(loads=there))
+
+    assert refusal(sliding, farther) == "the block leaves its window of ice"
 
 
 @pytest.mark.parametrize(("y", "inside"), [(0.2e-3, True), (1.05e-3, False), (-0.05e-3, False)])

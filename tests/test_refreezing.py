@@ -139,7 +139,7 @@ def test_what_freezes_rubs_dry_and_begins_without_water():
 @pytest.mark.once
 def test_water_left_behind_a_block_gives_its_heat_to_the_ice():
     pytest.importorskip("dolfinx")
-    from test_sliding import slide, thesis
+    from slides import slide, thesis
 
     changes = (
         "model=slice", "ice.motion=sliding", "film.carrier=ice", "ice.temperature=-0.2degC",

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 pytest.importorskip("dolfinx")
+from slides import slide, uniform  # noqa: E402
 from test_passing import T_0, passing  # noqa: E402
-from test_sliding import slide, uniform  # noqa: E402
 
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.point import Conditions, simulate  # noqa: E402

@@ -8,82 +8,33 @@ import subprocess
 import sys
 import time
 from dataclasses import replace
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 pytest.importorskip("dolfinx")
-from iceslide_fem.coupling.accept import Acceptance  # noqa: E402
+from slides import CASES, quarrelling, refusal, slide, started, thesis, turned, uniform  # noqa: E402
+
 from iceslide_fem.coupling.coupled_step import CoupledStep  # noqa: E402
 from iceslide_fem.coupling.drainage import Undrained  # noqa: E402
 from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
 from iceslide_fem.coupling.plate import Plate  # noqa: E402
 from iceslide_fem.coupling.relaxing import Elastic  # noqa: E402
-from iceslide_fem.coupling.sliding import Sliding  # noqa: E402
-from iceslide_fem.coupling.step_error import (  # noqa: E402
-    LIMITS,  # noqa: E402
-    StepError,
-    StepRejected,
-)
-from iceslide_fem.coupling.subcycles import Subcycles  # noqa: E402
+from iceslide_fem.coupling.step_error import StepError, StepRejected  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.point import Conditions, simulate  # noqa: E402
 from iceslide_fem.laws.film import default_ramp  # noqa: E402
 from iceslide_fem.output.history import slide_row  # noqa: E402
-from iceslide_fem.rubber.block import (
-    Block,  # noqa: E402
-    build_block,  # noqa: E402
-)
-from iceslide_fem.rubber.hyperelasticity import HyperelasticBody  # noqa: E402
-from iceslide_fem.rubber.press import press, start_sliding  # noqa: E402
+from iceslide_fem.rubber.block import build_block  # noqa: E402
 from iceslide_fem.runs.pace import Pace  # noqa: E402
 from iceslide_fem.runs.schedule import Schedule  # noqa: E402
 from iceslide_fem.runs.summary import Results  # noqa: E402
 from iceslide_fem.runtime.errors import NotConverged, SimulationStopped  # noqa: E402
-from iceslide_fem.scene import load_scene, scene_from_dict  # noqa: E402
+from iceslide_fem.scene import load_scene  # noqa: E402
 from iceslide_fem.simulate import run  # noqa: E402
 
 pytestmark = pytest.mark.fe
-CASES = Path(__file__).parent.parent / "cases"
-
-
-def thesis(*changes):
-    scene = ["model=slice", "numerics.tolerance=3e-3", "ice.heat=column", *changes]
-    return load_scene(CASES / "thesis_1bar.toml", scene)
-
-
-def started(scene, comm=MPI.COMM_SELF):
-    block = build_block(scene, comm)
-    press(block, lambda point: None)
-    start_sliding(block, lambda point: None)
-    return Sliding(block)
-
-
-def slide(scene, comm=MPI.COMM_SELF):
-    """Rows of a whole run."""
-    sliding = started(scene, comm)
-    ledger = Ledger(sliding)
-    rows = [slide_row(sliding, ledger, None)]
-    for accepted in sliding.steps():
-        ledger.add(accepted)
-        rows.append(slide_row(sliding, ledger, accepted))
-    return dict(zip(rows[0]._fields, np.array(rows).T, strict=True))
-
-
-def uniform(heat):
-    return scene_from_dict(
-        {
-            "name": "uniform",
-            "model": "slice",
-            "rubber": {"C10": 166.2e6, "C01": 106.8e6, "D1": 0.0055e-6, "height": "0.05 mm"},
-            "load": {"pressure": "5 bar", "speed": "4 m/s", "duration": "6 ms"},
-            "ice": {"heat": heat},
-            "film": {"k": 0.405, "D": "46.5 um", "H_V": "0.56 um"},
-            "numerics": {"penalty": 1e12},  # softer than the block: even up to the edges
-        }
-    )
 
 
 @pytest.mark.parametrize("heat", ["column", "half-space", "continuum"])
@@ -162,65 +113,72 @@ def test_pressures_outside_the_table_count_only_where_the_table_is_read(tmp_path
     assert nominal["outside_table_fraction"] == 0.0
 
 
-def test_where_shear_that_fades_in_has_no_equilibrium_its_fading_is_held(monkeypatch):
+def step_of(sliding, block, error):
+    """What makes the trial steps of `sliding`, with another `block` and `error`."""
+    elastic, drainage = Elastic(), Undrained(sliding.block)
+    plate = Plate(sliding.block)
+    return CoupledStep(block, sliding.frame, plate, sliding.motion_law, elastic, drainage, error)
+
+
+class Stubborn:
+    """A block that finds no equilibrium on every first attempt."""
+
+    def __init__(self, block):
+        self.block, self.attempts = block, 0
+
+    def __getattr__(self, name):
+        return getattr(self.block, name)
+
+    def balance(self, *given):
+        self.attempts += 1
+        if self.attempts % 2:
+            raise NotConverged("a point enters and leaves the range of fading")
+        return self.block.balance(*given)
+
+
+def test_where_shear_that_fades_in_has_no_equilibrium_its_fading_is_held():
     sliding = started(thesis("load.duration=1ms", "numerics.refinement=0.5"))
     for _ in range(8):
         sliding.advance()
-    balance, calls = Block.balance, []
-
-    def fails_at_first(block, law, *given):
-        calls.append(law)
-        if len(calls) % 2:
-            raise NotConverged("a point enters and leaves the range of fading")
-        return balance(block, law, *given)
-
-    monkeypatch.setattr(Block, "balance", fails_at_first)
-    accepted = sliding.advance()
-    assert len(calls) >= 2 and accepted.solved and accepted.rejected == 0
-    contact = sliding.current.contact
-    assert sliding.block.normal_force(contact) == pytest.approx(0.1, rel=1e-4)
+    start, block = sliding.checkpoint_state(), Stubborn(sliding.block)
+    error = StepError(sliding.block, 1e-3)
+    accepted = step_of(sliding, block, error).attempt(sliding.current, start.dt, start.film_dt)
+    assert block.attempts >= 2 and accepted.solved
+    assert block.normal_force(accepted.state.contact) == pytest.approx(0.1, rel=1e-4)
 
 
-def test_no_step_is_accepted_whose_energy_does_not_close(monkeypatch):
+def heating(fraction):
+    """The same step, of whose work so much more has become heat."""
+
+    def change(step):
+        work = step.forces[0] * 3.0 * step.dt
+        return step._replace(dissipation=fraction * work)
+
+    return change
+
+
+def test_no_step_is_accepted_whose_energy_does_not_close():
     sliding = started(thesis("load.duration=1ms", "numerics.refinement=0.25"))
-    elastic, given = HyperelasticBody.elastic_energy, [0.0]
-    monkeypatch.setattr(
-        HyperelasticBody, "elastic_energy", lambda self, relaxed: elastic(self, relaxed) + given[0]
-    )
-    accepted = sliding.advance()
-    run_work = sliding.current.mechanics.friction_force * 3.0 * 1e-3
-    state = sliding.checkpoint_state()._replace(quiescent=False, dt=1e-5)  # longer than a jump
-    sliding.restore(state)
-    given[0] = 1e-2 * run_work / sliding.block.scale
-    with pytest.raises(SimulationStopped, match="energy does not close: the block snaps"):
-        sliding.advance()
-    small, given[0] = 0.02 * given[0], 0.0
-    sliding.restore(state)
-    given[0] = small  # a small jump, however, may happen in a moment
-    jump = sliding.advance()
-    assert accepted.rejected == 0 and jump.rejected > 0 and jump.dt <= 1e-5 * 1e-3
+    sliding.advance()
+    state = sliding.checkpoint_state()._replace(quiescent=False)
+    sliding.restore(state._replace(dt=1e-5))  # longer than a jump
+    assert not refusal(sliding, heating(5e-3))
+    sliding.restore(state._replace(dt=1e-5))
+    assert refusal(sliding, heating(0.02)) == "the step's energy does not close: the block snaps"
+    sliding.restore(state._replace(dt=1e-8))  # a small jump, however, may happen in a moment
+    assert not refusal(sliding, heating(0.02))
+    sliding.restore(state._replace(dt=1e-8))
+    assert "the block snaps" in refusal(sliding, heating(200.0))
 
 
-def test_no_step_is_accepted_whose_friction_pushes(monkeypatch):
+def test_no_step_is_accepted_whose_friction_pushes():
     sliding = started(thesis("load.duration=1ms", "numerics.refinement=0.25"))
-    of, pushes = Acceptance.of, []
-
-    def turned(self, start, corrected):
-        pushes.append(len(pushes) > 3)
-        sign = -1.0 if pushes[-1] else 1.0
-        forces = [sign * force for force in corrected.forces]
-        return of(self, start, corrected._replace(forces=forces))
-
-    monkeypatch.setattr(Acceptance, "of", turned)
-    with pytest.raises(SimulationStopped, match="rubber that springs back would push the block"):
-        for _ in range(10):
-            sliding.advance()
-    assert any(pushes) and sliding.current.mechanics.friction_force > 0.0
+    pushes = "rubber that springs back would push the block forward"
+    assert refusal(sliding, turned(1.0)) == pushes
 
 
-def test_a_step_that_is_no_number_ends_the_trials(monkeypatch):
+def test_a_step_that_is_no_number_ends_the_trials():
     sliding = started(thesis("load.duration=1ms", "numerics.refinement=0.25"))
-    monkeypatch.setattr(StepError, "of_film", lambda *_: np.inf)
     sliding.restore(sliding.checkpoint_state()._replace(dt=np.nan))
     with pytest.raises(SimulationStopped, match="no step is accepted"):
         sliding.advance()
@@ -232,8 +190,8 @@ def test_friction_that_springs_back_has_no_negative_error():
     step = accepted.subcycles.substeps[-1]
     error = StepError(sliding.block, 1e-3)
     forwards = error.of_film(step)
-    turned = step._replace(loads=step.loads._replace(viscous=-step.loads.viscous))
-    assert error.of_film(turned) == forwards > 0.0
+    backwards = step._replace(loads=step.loads._replace(viscous=-step.loads.viscous))
+    assert error.of_film(backwards) == forwards > 0.0
 
 
 def test_small_friction_is_as_accurate_as_large():
@@ -407,12 +365,9 @@ def test_a_rejected_step_leaves_no_trace():
     copies = [
         np.array(part, copy=True) for part in (before.motion.displacements, *before.interface)
     ]
-    block, carrier, law = sliding.block, sliding.frame, sliding.motion_law
-    strict = StepError(block, 1e-3, replace(LIMITS, local=1e-9))
+    strict = StepError(sliding.block, 1e-3, replace(LIMITS, local=1e-9))
     with pytest.raises(StepRejected):
-        CoupledStep(block, carrier, Plate(block), law, Elastic(), Undrained(block), strict).attempt(
-            before, 0.3e-3, 1e-5
-        )
+        step_of(sliding, sliding.block, strict).attempt(before, 0.3e-3, 1e-5)
     assert sliding.current is before
     for part, copy in zip((before.motion.displacements, *before.interface), copies, strict=True):
         np.testing.assert_array_equal(part, copy)
@@ -446,23 +401,14 @@ def test_the_same_friction_on_any_number_of_ranks(heat):
     assert together["ice_heat_J"][-1] == pytest.approx(alone["ice_heat_J"][-1], rel=1e-3)
 
 
-def test_refusing_to_go_on_says_where_and_keeps_what_was_accepted(tmp_path, monkeypatch):
-    scene = thesis("load.duration=1ms")
-    attempts = []
-
-    def too_hard(self, start, dt, film_dt):
-        attempts.append(dt)
-        if start.time > 2e-4:
-            raise StepRejected("film and heat change too fast", 0.1)
-        return original(self, start, dt, film_dt)
-
-    original = CoupledStep.attempt
-    monkeypatch.setattr(CoupledStep, "attempt", too_hard)
-    with pytest.raises(SimulationStopped, match=r"stops at t = 0\.\d+ ms of 1 ms.*touches the ice"):
-        run(scene, tmp_path)
-    rows = list(csv.DictReader(open(tmp_path / "history.csv")))
-    assert float(rows[-1]["time_s"]) > 2e-4
-    assert "stops at" in (tmp_path / "summary.json").read_text()
+def test_refusing_to_go_on_says_where_and_keeps_what_was_accepted(tmp_path):
+    scene = thesis("load.duration=1ms", quarrelling(tmp_path, 2e-4))
+    words = r"stops at t = 0\.\d+ ms of 1 ms: no step is accepted.*touches the ice"
+    with pytest.raises(SimulationStopped, match=words):
+        run(scene, tmp_path / "out")
+    rows = list(csv.DictReader(open(tmp_path / "out" / "history.csv")))
+    assert 1.8e-4 < float(rows[-1]["time_s"]) <= 2e-4
+    assert "stops at" in (tmp_path / "out" / "summary.json").read_text()
 
 
 def test_a_killed_run_leaves_readable_rows_and_can_be_run_again(tmp_path):
@@ -496,25 +442,25 @@ def test_a_killed_run_leaves_readable_rows_and_can_be_run_again(tmp_path):
     assert (tmp_path / "report.png").stat().st_size > 10_000
 
 
-def test_a_step_ends_where_friction_leaves_the_straight_line(monkeypatch):
-    """Cell after cell of the ice begins to melt: what film and heat have done before a turn is not
-    done again, and the steps still add up to the run.
+def test_a_step_ends_where_friction_leaves_the_straight_line():
+    """What film and heat have done before a turn is not done again: the step is no trial that is
+    refused, only shorter. Its first substeps are those of a step of their own.
     """
-    cuts, first = [], Subcycles.first
-
-    def counted(subcycles, count):
-        cuts.append(found := first(subcycles, count))
-        assert found.substeps == subcycles.substeps[:count] and found.ends[-1] == 1.0
+    sliding = started(thesis("numerics.tolerance=1e-2", "numerics.max_step=2ms"))
+    for _ in range(12):
+        sliding.advance()
+    before = sliding.current.time
+    sliding.restore(sliding.checkpoint_state()._replace(dt=1e-3))
+    step = sliding.advance()
+    assert step.rejected == 0 and 0.1e-3 < step.dt < 0.5e-3
+    assert sliding.current.time == pytest.approx(before + step.dt, rel=1e-12)
+    whole = step.subcycles
+    for count in range(1, len(whole.ends)):
+        found = whole.first(count)
+        assert found.substeps == whole.substeps[:count] and found.ends[-1] == 1.0
         assert all(np.diff((0.0, *found.ends)) > 0.0)
-        assert found.next_dt == subcycles.substeps[count].step.dt
-        return found
-
-    monkeypatch.setattr(Subcycles, "first", counted)
-    sliding = started(thesis("ice.heat=continuum", "numerics.tolerance=1e-2"))
-    steps = list(sliding.steps())
-    assert len(cuts) >= 3 and sum(step.rejected for step in steps) < len(cuts)
-    assert sliding.current.time == 7e-3
-    assert sum(step.dt for step in steps) == pytest.approx(7e-3, rel=1e-12)
+        assert found.next_dt == whole.substeps[count].step.dt
+    assert count > 1
 
 
 def test_as_many_parts_are_one_step_as_friction_is_straight_in():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("dolfinx")
-from test_sliding import slide, started, thesis, uniform  # noqa: E402
+from slides import slide, started, thesis, uniform  # noqa: E402
 
 from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
 from iceslide_fem.coupling.restart import checkpoint_tables, resumed  # noqa: E402

@@ -7,8 +7,8 @@ import pytest
 from scipy.integrate import quad_vec
 
 pytest.importorskip("dolfinx")
+from slides import slide  # noqa: E402
 from test_passing import passing  # noqa: E402
-from test_sliding import slide  # noqa: E402
 
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.loads import squeeze_rate  # noqa: E402

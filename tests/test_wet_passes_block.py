@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
-from test_sliding import started  # noqa: E402
+from slides import started  # noqa: E402
 
 from iceslide_fem.coupling.restart import checkpoint_tables, resumed  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
-from test_sliding import slide, started  # noqa: E402
+from slides import slide, started  # noqa: E402
 
 from iceslide_fem.coupling.drainage import drainage_of  # noqa: E402
 from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
