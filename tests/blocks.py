@@ -84,3 +84,19 @@ def bend(rubber, size=0.1):
 
     rubber.u.interpolate(field)
     rubber.u.x.scatter_forward()
+
+
+def left_by(change, equations):
+    """What `change` leaves of the present residual, to first order, over its size."""
+    values, step = equations.values, 1e-6
+    start, before = values.copy(), equations.residual()
+    here, plate = equations.parts()
+    found = []
+    for sign in (1.0, -1.0):
+        values[:] = start + sign * step * change
+        equations.residual()
+        found.append(np.append(*equations.parts()))
+    values[:] = start
+    left = np.append(here, plate) + (found[0] - found[1]) / (2 * step)
+    squares = MPI.COMM_WORLD.allreduce(float(left[:-1] @ left[:-1]), op=MPI.SUM)
+    return np.hypot(np.sqrt(squares), left[-1]) / before

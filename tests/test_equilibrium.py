@@ -5,7 +5,7 @@ import pytest
 
 pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 
-from blocks import CELLS, SIZE, a_block, bend, options_of_rubber  # noqa: E402
+from blocks import CELLS, SIZE, a_block, bend, left_by, options_of_rubber  # noqa: E402
 
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.rubber import contact_nodes  # noqa: E402
@@ -121,22 +121,6 @@ def bent(system):
     rubber.displacements[rubber.plate] = 0.0
     rubber.displacements[rubber.symmetry, 1] = 0.0
     return 0.5 * BAR * SIZE ** (rubber.mesh.geometry.dim - 1)
-
-
-def left_by(change, equations):
-    """What `change` leaves of the present residual, to first order, over its size."""
-    values, step = equations.values, 1e-6
-    start, before = values.copy(), equations.residual()
-    here, plate = equations.parts()
-    found = []
-    for sign in (1.0, -1.0):
-        values[:] = start + sign * step * change
-        equations.residual()
-        found.append(np.append(*equations.parts()))
-    values[:] = start
-    left = np.append(here, plate) + (found[0] - found[1]) / (2 * step)
-    squares = MPI.COMM_WORLD.allreduce(float(left[:-1] @ left[:-1]), op=MPI.SUM)
-    return np.hypot(np.sqrt(squares), left[-1]) / before
 
 
 @pytest.mark.parametrize("cells", CELLS)

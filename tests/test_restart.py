@@ -17,11 +17,11 @@ import pytest
 
 pytest.importorskip("iceslide_fem.fenics.compat")
 
+from runs import rows_of  # noqa: E402
+from slides import quarrelling  # noqa: E402
+
 import iceslide_fem  # noqa: E402
-from iceslide_fem.coupling import coupled_step  # noqa: E402
-from iceslide_fem.coupling.coupled_step import CoupledStep  # noqa: E402
 from iceslide_fem.coupling.layouts import GridLayout, PointLayout  # noqa: E402
-from iceslide_fem.coupling.step_error import StepRejected  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.interface.surface_grid import OwnNodes  # noqa: E402
 from iceslide_fem.output.table import Table  # noqa: E402
@@ -80,11 +80,12 @@ def shared(tmp_path_factory):
     comm.Barrier()
 
 
-def stop_after(monkeypatch, steps):
-    """Ask the next run to stop after so many equilibria and steps."""
-    asked = iter(range(steps, -1, -1))
-    monkeypatch.setattr(Interruption, "requested", lambda self: next(asked) == 0)
-    monkeypatch.setattr(Interruption, "error", lambda self, where, out: Interrupted(where))
+def stopped_after(rows, scene, out):
+    """The checkpoint of a run of `scene` that is asked to stop after so many rows."""
+    left = iter(range(rows - 1, -1, -1))
+    with pytest.raises(Interrupted, match="stopped by the caller's progress function"):
+        run(scene, out, progress=lambda row: next(left) > 0)
+    return read_checkpoint(out)
 
 
 def curves(directory, *columns):
@@ -138,16 +139,10 @@ RELAXES = ["rubber.prony=[[0.2,'0.2 ms'],[0.3,'5 ms']]", "rubber.modulus_is=long
     ],
     ids=" ".join,
 )
-def test_a_run_that_goes_on_gives_the_same_curve(changes, shared, monkeypatch):
+def test_a_run_that_goes_on_gives_the_same_curve(changes, shared):
     scene = small_scene(*changes)
-    # a run that goes on starts with new factors and so takes other iterations, not other steps
-    monkeypatch.setattr(coupled_step, "MANY_ITERATIONS", 10**6)
     whole = run(scene, shared / "whole")
-    with monkeypatch.context() as stopping, pytest.raises(Interrupted):
-        stop_after(stopping, 22)
-        run(scene, shared / "parts")
-    assert (shared / "parts" / FILE).is_file()
-    checkpoint = read_checkpoint(shared / "parts")
+    checkpoint = stopped_after(22, scene, shared / "parts")
     assert 0.0 < checkpoint.state["sliding"]["time"] < scene.load.duration
     parts = run(scene, shared / "parts", resumed=checkpoint)
     MPI.COMM_WORLD.Barrier()  # rank 0 writes the summary and removes the checkpoint
@@ -264,12 +259,9 @@ def test_a_forged_checkpoint_is_one_sentence(change, tmp_path):
     assert "\n" not in str(caught.value)
 
 
-def test_a_checkpoint_without_its_state_is_one_sentence(tmp_path, monkeypatch):
+def test_a_checkpoint_without_its_state_is_one_sentence(tmp_path):
     scene = small_scene("load.duration=1ms")
-    with monkeypatch.context() as stopping, pytest.raises(Interrupted):
-        stop_after(stopping, 14)
-        run(scene, tmp_path)
-    state = read_checkpoint(tmp_path).state
+    state = stopped_after(14, scene, tmp_path).state
     del state["ledger"]
     write_checkpoint(tmp_path, scene, state)
     forged = read_checkpoint(tmp_path)
@@ -280,13 +272,11 @@ def test_a_checkpoint_without_its_state_is_one_sentence(tmp_path, monkeypatch):
     assert contents(tmp_path) == before
 
 
-def test_lists_name_no_fields_that_are_gone(tmp_path, monkeypatch, capsys):
+def test_lists_name_no_fields_that_are_gone(tmp_path, capsys):
     scene = small_scene("load.duration=1ms")
-    with monkeypatch.context() as stopping, pytest.raises(Interrupted):
-        stop_after(stopping, 25)
-        run(scene, tmp_path)
+    checkpoint = stopped_after(25, scene, tmp_path)
     shutil.rmtree(tmp_path / "fields")
-    run(scene, tmp_path, resumed=read_checkpoint(tmp_path))
+    run(scene, tmp_path, resumed=checkpoint)
     assert (
         "has lost ice_000000.vtu: fields are written from here on only" in capsys.readouterr().out
     )
@@ -344,12 +334,9 @@ def test_a_finished_run_goes_on_longer(changes, shared):
     assert len(slid[body]["rise"]) > len(first[body]["rise"])
 
 
-def test_the_state_of_another_mesh_is_refused(tmp_path, monkeypatch):
+def test_the_state_of_another_mesh_is_refused(tmp_path):
     scene = small_scene("load.duration=1ms")
-    with monkeypatch.context() as stopping, pytest.raises(Interrupted):
-        stop_after(stopping, 14)
-        run(scene, tmp_path)
-    state = read_checkpoint(tmp_path).state
+    state = stopped_after(14, scene, tmp_path).state
     write_checkpoint(tmp_path, small_scene("load.duration=1ms", "rubber.length=2mm"), state)
     foreign, before = read_checkpoint(tmp_path), contents(tmp_path)
     with pytest.raises(SceneError, match="does not fit the mesh"):
@@ -432,18 +419,19 @@ def test_what_cannot_be_written_is_named(tmp_path):
         replace_file(tmp_path / "nowhere" / "file", "text")
 
 
-def test_checkpoints_at_chosen_times(tmp_path, monkeypatch):
+def test_checkpoints_at_chosen_times(tmp_path):
     times = []
 
-    def noted(folder, scene, state, comm=None):
+    def look(row):
+        state = read_checkpoint(tmp_path).state if (tmp_path / FILE).is_file() else {}
         times.append(state["sliding"]["time"] if state else None)
-        write_checkpoint(folder, scene, state, comm)
 
-    for module in ("block", "observers"):
-        monkeypatch.setattr(f"iceslide_fem.runs.{module}.write_checkpoint", noted)
-    run(small_scene("load.duration=1ms"), tmp_path, (), Schedule(1e9, (0.3e-3, 0.6e-3)))
-    assert times[:2] == [None, 0.0] and len(times) == 5 and times[-1] == 1e-3
-    assert 0.3e-3 <= times[2] < 0.4e-3 and 0.6e-3 <= times[3] < 0.7e-3
+    schedule = Schedule(1e9, (0.3e-3, 0.6e-3))
+    run(small_scene("load.duration=1ms"), tmp_path, schedule=schedule, progress=look)
+    none, start, first, second = dict.fromkeys(times)
+    assert (none, start) == (None, 0.0)
+    assert 0.3e-3 <= first < 0.4e-3 and 0.6e-3 <= second < 0.7e-3
+    assert read_checkpoint(tmp_path, FINISHED).state["sliding"]["time"] == 1e-3
 
 
 def test_results_go_on():
@@ -473,27 +461,29 @@ def under_mpi(ranks, words):
 def test_a_disk_that_fills_ends_all_ranks(ranks, tmp_path):
     """One rank writes the history: the others must not wait for it."""
     code = (
-        "import sys\n"
-        "from iceslide_fem.output.table import Table\n"
-        "from iceslide_fem.cli import main\n"
+        "import resource, sys\n"
+        "from pathlib import Path\n"
+        "from iceslide_fem.scene import load_scene\n"
+        "from iceslide_fem.simulate import run\n"
         "from iceslide_fem.runtime.errors import OutputError\n"
-        "row, rows = Table.row, []\n"
-        "def full(table, values):\n"
-        "    rows.append(values)\n"
-        "    if len(rows) > 12 and table._file is not None:\n"
-        "        raise OutputError('cannot write history.csv: No space left on device')\n"
-        "    row(table, values)\n"
-        "Table.row = full\n"
-        "main(sys.argv[1:])\n"
+        "history, rows = Path(sys.argv[1]) / 'history.csv', []\n"
+        "def fill(row):\n"
+        "    rows.append(row)\n"
+        "    if len(rows) == 30:\n"
+        "        most = history.stat().st_size + 10\n"
+        "        resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))\n"
+        "try:\n"
+        "    run(load_scene(sys.argv[2], sys.argv[3:]), sys.argv[1], progress=fill)\n"
+        "except OutputError as error:\n"
+        "    sys.exit(f'{error}\\n')\n"
     )
-    script = tmp_path / "full.py"
-    script.write_text(code)
-    words = [sys.executable, str(script), "run", *begin(tmp_path / "run")]
+    words = [sys.executable, "-c", code, str(tmp_path / "run"), str(CASE), *SMALL]
     done = subprocess.run(
         under_mpi(ranks, words), env=ENVIRONMENT, capture_output=True, text=True, timeout=120
     )
-    assert done.returncode == 3
-    assert "No space left on device" in done.stderr and "Traceback" not in done.stderr
+    assert done.returncode == 1
+    assert done.stderr.count("history.csv: File too large") == ranks
+    assert "Traceback" not in done.stderr
     assert len((tmp_path / "run" / "preload.csv").read_text().split("\n")) > 2
 
 
@@ -536,24 +526,16 @@ def test_a_signal_that_comes_while_ranks_agree_is_not_lost():
         assert "stopped by SIGTERM here" in str(interruption.error("here", "folder"))
 
 
-def test_a_signal_is_heard_between_trials(tmp_path, monkeypatch):
+def test_a_signal_is_heard_between_trials(tmp_path):
     """A run whose every trial is refused stops at the last accepted step, with a checkpoint."""
-    attempt, trials = CoupledStep.attempt, []
-
-    def rejected(self, start, dt, film_dt):
-        trials.append(dt)
-        if len(trials) > 4:
-            if len(trials) == 6:
-                os.kill(os.getpid(), signal.SIGTERM)
-            raise StepRejected("never good enough", 0.99)
-        return attempt(self, start, dt, film_dt)
-
-    monkeypatch.setattr(CoupledStep, "attempt", rejected)
-    with pytest.raises(Interrupted, match="stopped by SIGTERM at t = "):
-        run(small_scene("load.duration=1ms"), tmp_path)
-    assert len(trials) == 6
-    state = read_checkpoint(tmp_path).state
-    assert len(state["results"]["rows"]) == 5
+    law = quarrelling(tmp_path, 0.3e-3, "os.kill(os.getpid(), signal.SIGTERM)")
+    with pytest.raises(Interrupted, match=r"stopped by SIGTERM at t = 0\.[23]"):
+        run(small_scene("load.duration=1ms", law), tmp_path / "out")
+    state, (*_, last) = (
+        read_checkpoint(tmp_path / "out").state,
+        rows_of(tmp_path / "out/history.csv"),
+    )
+    assert float(last["time_s"]) == pytest.approx(state["sliding"]["time"], rel=1e-9)
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGUSR1, signal.SIGHUP])

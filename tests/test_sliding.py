@@ -21,7 +21,7 @@ from iceslide_fem.coupling.drainage import Undrained  # noqa: E402
 from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
 from iceslide_fem.coupling.plate import Plate  # noqa: E402
 from iceslide_fem.coupling.relaxing import Elastic  # noqa: E402
-from iceslide_fem.coupling.step_error import StepError, StepRejected  # noqa: E402
+from iceslide_fem.coupling.step_error import LIMITS, StepError, StepRejected  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.point import Conditions, simulate  # noqa: E402
 from iceslide_fem.laws.film import default_ramp  # noqa: E402
