@@ -1,7 +1,5 @@
 """Directories of runs with invented numbers, for the tests of what reads them."""
 
-import csv
-
 import numpy as np
 
 from iceslide_fem.output.summary import write_summary
@@ -44,9 +42,3 @@ def write_run(directory, model, saturation=None, preload=True):
     summary = {"mu_peak": 0.5, "mu_peak_time_s": 3e-3, "mu_mean": float(mu.mean())}
     summary |= {"mu_end": 0.25, "melt_onset_s": 2e-3, "saturation_s": saturation}
     write_summary(directory / "summary.json", summary | {"scene": a_scene(model).as_dict()})
-
-
-def rows_of(path):
-    """Rows of a CSV file as dictionaries."""
-    with open(path, newline="") as file:
-        return list(csv.DictReader(file))

@@ -95,8 +95,8 @@ def quarrelling(folder, after, then="pass"):
         "        age, mu = state['age'] + dt, state['mu'] * 1.0\n"
         f"        if age.max(initial=0.0) > {after}:\n"
         "            mu[:] = random.uniform(0.1, 0.9)\n"
-        "            self.answers += 1\n"
-        "            if self.answers == 40:\n"
+        "            Quarrelling.answers += 1\n"
+        "            if Quarrelling.answers == 40:\n"
         f"                {then}\n"
         "        return Response(mu * contact.pressure, mu, {'age': age, 'mu': mu})\n"
     )

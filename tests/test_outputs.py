@@ -21,7 +21,8 @@ pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 
 import meshio  # noqa: E402
 from blocks import CELLS, SIZE, a_block, bend  # noqa: E402
-from runs import a_scene, rows_of  # noqa: E402
+from program import rows_of  # noqa: E402
+from runs import a_scene  # noqa: E402
 
 from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
 from iceslide_fem.coupling.sliding import Sliding  # noqa: E402
@@ -121,7 +122,6 @@ def a_state(cells):
     return rubber, contact_surface(rubber.space, rubber.facets("contact"), 4)
 
 
-@pytest.mark.three
 @pytest.mark.fe
 @pytest.mark.mpi
 @pytest.mark.parametrize("cells", CELLS)
@@ -301,7 +301,6 @@ def test_nodes_are_in_the_order_of_vtk(tmp_path, cells):
     assert read["extent"] == pytest.approx(SIZE**rubber.mesh.geometry.dim)
 
 
-@pytest.mark.three
 @pytest.mark.fe
 @pytest.mark.mpi
 @pytest.mark.parametrize("cells", CELLS)
@@ -391,7 +390,6 @@ def test_fields_that_a_full_disk_cuts_are_not_listed(tmp_path, monkeypatch):
     ]
 
 
-@pytest.mark.three
 @pytest.mark.fe
 @pytest.mark.mpi
 @pytest.mark.parametrize(
@@ -448,7 +446,6 @@ def test_integrals_of_the_fields_are_the_rows_of_the_history(case):
         assert "trail" not in grids
 
 
-@pytest.mark.three
 @pytest.mark.fe
 @pytest.mark.mpi
 @pytest.mark.parametrize("model", ["slice", "block"])
@@ -499,7 +496,6 @@ def test_a_run_without_fields_leaves_no_folder_for_them(tmp_path):
     assert (tmp_path / "history.csv").is_file() and not (tmp_path / "fields").exists()
 
 
-@pytest.mark.three
 @pytest.mark.fe
 @pytest.mark.mpi
 def test_fields_probes_and_log_of_a_run(tmp_path):

@@ -14,7 +14,8 @@ from iceslide_fem.runtime.errors import SceneError
 
 pytest.importorskip("iceslide_fem.fenics.compat")  # the outputs' writers need it
 
-from runs import rows_of, write_run  # noqa: E402
+from program import rows_of  # noqa: E402
+from runs import write_run  # noqa: E402
 
 pytestmark = pytest.mark.quick
 

@@ -15,13 +15,14 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from program import exit_code
 
 pytest.importorskip("iceslide_fem.fenics.compat")  # the outputs' writers need it
 
-from runs import a_scene, rows_of, write_run  # noqa: E402
+from program import rows_of  # noqa: E402
+from runs import a_scene, write_run  # noqa: E402
 from written_fields import write_fields  # noqa: E402
 
-from iceslide_fem.cli import main  # noqa: E402
 from iceslide_fem.output.summary import write_summary  # noqa: E402
 from iceslide_fem.postprocess.report.curves import charts_of, charts_of_one  # noqa: E402
 from iceslide_fem.postprocess.report.of_runs import verdict  # noqa: E402
@@ -62,12 +63,6 @@ VIEWS = {
 }
 
 
-def iceslide(*arguments):
-    with pytest.raises(SystemExit) as caught:
-        main([str(argument) for argument in arguments])
-    return caught.value.code
-
-
 class Parsed(HTMLParser):
     """Links, sections, cells with keys, and labels of a page."""
 
@@ -100,7 +95,7 @@ def pages(tmp_path_factory):
     scene = root / "scene.toml"
     scene.write_text(SCENE)
     found = {}
-    assert iceslide("run", scene, "--out", root / "point") == 0
+    assert exit_code("run", scene, "--out", root / "point") == 0
     found["point"] = root / "point" / "report.html"
     for name, model, cells in (
         ("slice", "slice", "quadrilateral"),
@@ -128,18 +123,18 @@ def pages(tmp_path_factory):
         write_summary(ladder / name / "summary.json", summary | {"wall_s": 1.0 + len(name)})
     found["ladder"] = report([ladder])
     vary = ["--vary", "load.pressure=1bar:3bar:3", "--vary", "ice.temperature=-6degC,-2degC"]
-    assert iceslide("sweep", scene, *vary, "--out", root / "sweep") == 0
+    assert exit_code("sweep", scene, *vary, "--out", root / "sweep") == 0
     found["sweep"] = root / "sweep" / "report.html"
     picture = save(
         grey_picture(Tread(ribs=2, pitch=60e-3).footprint((20, 40)), 4e5), root / "g.png"
     )
     size = ["--length", "180mm", "--width", "140mm", "--max-pressure", "4bar"]
-    assert iceslide("footprint", picture, *size, "--out", root / "footprint") == 0
+    assert exit_code("footprint", picture, *size, "--out", root / "footprint") == 0
     found["footprint"] = root / "footprint" / "report.html"
     x, pressure = gaussian_profile(0.18, 2e5, 30)
     rows = [f"{a:.9g},{p:.9g}" for a, p in zip(x, pressure, strict=True)]
     (root / "profile.csv").write_text("\n".join(["x_m,pressure_Pa", *rows]) + "\n")
-    assert iceslide("footprint", "--line", root / "profile.csv", "--out", root / "line") == 0
+    assert exit_code("footprint", "--line", root / "profile.csv", "--out", root / "line") == 0
     found["line"] = root / "line" / "report.html"
     found["runs"] = report([root / "point", root / "slice", stopped], root / "both.html")
     return found
@@ -391,7 +386,7 @@ def test_fields_are_those_that_were_written(pages):
 def test_wrong_input_is_a_sentence(pages, arguments, words, monkeypatch, capsys, tmp_path):
     root = pages["point"].parent.parent
     monkeypatch.chdir(tmp_path if arguments == ["."] else root)
-    assert iceslide("report", *arguments) == 2
+    assert exit_code("report", *arguments) == 2
     said = capsys.readouterr()
     assert words in said.err and said.err.count("\n") == 1 and said.out == ""
 
@@ -399,7 +394,7 @@ def test_wrong_input_is_a_sentence(pages, arguments, words, monkeypatch, capsys,
 def test_no_report_and_a_page_that_cannot_be_written(tmp_path, monkeypatch, capsys):
     (tmp_path / "scene.toml").write_text(SCENE)
     out = tmp_path / "out"
-    assert iceslide("run", tmp_path / "scene.toml", "--out", out, "--no-report") == 0
+    assert exit_code("run", tmp_path / "scene.toml", "--out", out, "--no-report") == 0
     assert not (out / "report.html").exists()
     replace = os.replace
 
@@ -409,7 +404,7 @@ def test_no_report_and_a_page_that_cannot_be_written(tmp_path, monkeypatch, caps
         replace(source, target)
 
     monkeypatch.setattr(os, "replace", full)
-    assert iceslide("run", tmp_path / "scene.toml", "--out", out) == 0
+    assert exit_code("run", tmp_path / "scene.toml", "--out", out) == 0
     assert "Note: no report.html: cannot write" in capsys.readouterr().out
 
 
