@@ -7,10 +7,10 @@ import sys
 from pathlib import Path
 
 import pytest
+from program import exit_code
 
 import iceslide_fem
 from iceslide_fem import simulate
-from iceslide_fem.cli import main
 from iceslide_fem.commands.run import print_summary
 from iceslide_fem.postprocess.results import read_run
 from iceslide_fem.runtime.errors import SimulationStopped
@@ -39,12 +39,6 @@ def simulated(monkeypatch, in_empty_directory):
 
     monkeypatch.setattr(simulate, "run", run)
     return calls
-
-
-def exit_code(*arguments: str) -> int:
-    with pytest.raises(SystemExit) as caught:
-        main(list(arguments))
-    return caught.value.code
 
 
 def iceslide(*arguments: str, **kwargs) -> subprocess.CompletedProcess:
@@ -104,14 +98,26 @@ def test_a_name_that_is_no_utf8_is_refused_in_a_sentence():
     )
 
 
+def without_home(home, folder):
+    """Variables of a user whose home is not the tests' own, and whose temporary `folder` is."""
+    here = {"HOME": home, "TMPDIR": str(folder), "XDG_CACHE_HOME": "", "ICESLIDE_CACHE": ""}
+    return os.environ | here
+
+
 @pytest.mark.parametrize("home", ["/proc", "/proc/none"])
-def test_a_home_that_cannot_be_written_stops_no_run(tmp_path, home):
+def test_without_a_home_compiled_forms_are_kept_in_a_temporary_folder(tmp_path, home):
+    code = "from iceslide_fem.fenics.cache import cache_folder; print(cache_folder())"
+    words = [sys.executable, "-c", code]
+    done = subprocess.run(words, env=without_home(home, tmp_path), capture_output=True, text=True)
+    assert done.stdout == f"{tmp_path}/iceslide-{os.getuid()}\n"
+
+
+def test_a_home_that_cannot_be_written_stops_no_run(tmp_path):
     pytest.importorskip("iceslide_fem.fenics.compat")
-    variables = {"HOME": home, "TMPDIR": str(tmp_path), "XDG_CACHE_HOME": "", "ICESLIDE_CACHE": ""}
     words = ["run", CASE, "--out", str(tmp_path / "out"), "--no-report"]
     for change in ("model=slice", "load.duration=1us", "numerics.refinement=0.3"):
         words += ["--set", change]
-    done = iceslide(*words, env=os.environ | variables)
+    done = iceslide(*words, env=without_home("/proc/none", tmp_path))
     assert done.returncode == 0, done.stderr
     kept = tmp_path / f"iceslide-{os.getuid()}"
     assert done.stderr.count(f"kept in {kept} (ICESLIDE_CACHE") == 1

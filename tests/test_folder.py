@@ -7,8 +7,8 @@ import sys
 from pathlib import Path
 
 import pytest
+from program import exit_code
 
-from iceslide_fem.cli import main
 from iceslide_fem.postprocess.results import read_run
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.folders import check_folder, claimed, clear_results
@@ -22,12 +22,6 @@ WORDS = [word for change in POINT for word in ("--set", change)]
 
 def point(*changes):
     return load_scene(CASE, [*POINT, *changes])
-
-
-def exit_code(*arguments):
-    with pytest.raises(SystemExit) as caught:
-        main([str(word) for word in arguments])
-    return caught.value.code
 
 
 def content(folder):

@@ -11,8 +11,8 @@ import pytest
 import pyvista as pv
 from matplotlib.figure import Figure
 from PIL import Image
+from program import exit_code
 
-from iceslide_fem.cli import main
 from iceslide_fem.preprocess.footprint.map_file import write_maps
 from iceslide_fem.preprocess.footprint.synthetic import Tread, coloured_picture, grey_picture, save
 from iceslide_fem.scene.fingerprint import sources_hash
@@ -25,9 +25,7 @@ MAPS = ("pressure", "temperature", "wet_dry", "mu", "comparison")
 
 
 def iceslide(*arguments):
-    with pytest.raises(SystemExit) as caught:
-        main([str(argument) for argument in (*arguments, "--no-report")])
-    return caught.value.code
+    return exit_code(*arguments, "--no-report")
 
 
 @pytest.fixture(scope="module")

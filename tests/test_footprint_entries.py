@@ -1,12 +1,11 @@
 """Lines, and data of one's own for every module of `iceslide footprint`."""
 
-import csv
 import json
 
 import numpy as np
 import pytest
+from program import exit_code, rows_of
 
-from iceslide_fem.cli import main
 from iceslide_fem.preprocess.footprint.case import FootprintCase
 from iceslide_fem.preprocess.footprint.line import gaussian_profile
 from iceslide_fem.preprocess.footprint.macroscopic import State, heat_model
@@ -18,12 +17,6 @@ LENGTH, POINTS, ROWS = 0.18, 40, 4
 X, PRESSURE = gaussian_profile(LENGTH, 2e5, POINTS)
 MAP = np.tile(PRESSURE, (ROWS, 1))
 SIZE = {"length": LENGTH, "width": 0.1}
-
-
-def iceslide(*arguments):
-    with pytest.raises(SystemExit) as caught:
-        main([str(argument) for argument in arguments])
-    return caught.value.code
 
 
 def surveyed(**values):
@@ -167,7 +160,7 @@ def test_columns_of_a_profile_are_the_entries_of_its_modules(tmp_path):
     (tmp_path / "own.csv").write_text(text)
     out = tmp_path / "out"
     assert (
-        iceslide(
+        exit_code(
             "footprint",
             "--line",
             tmp_path / "own.csv",
@@ -178,8 +171,7 @@ def test_columns_of_a_profile_are_the_entries_of_its_modules(tmp_path):
         )
         == 0
     )
-    with open(out / "line.csv", newline="") as file:
-        table = list(csv.DictReader(file))
+    table = rows_of(out / "line.csv")
     assert [float(row["temperature_given_C"]) for row in table] == pytest.approx([-4.0, -1.0, -3.0])
     assert [float(row["x_m"]) for row in table] == [0.001, 0.002, 0.003]
     assert [float(row["state_moving"]) for row in table] == [0, 2, 1]
@@ -363,7 +355,7 @@ def test_a_friction_that_no_rubber_has_is_refused(tmp_path, monkeypatch, capsys)
     monkeypatch.chdir(tmp_path)
     (tmp_path / "map").write_text("6e3 6e3\n")
     words = ["--pressure-map", "map", *PIXELS, "--viscosity", "5Pa*s", "--out", "out"]
-    assert iceslide("footprint", *words) == 2
+    assert exit_code("footprint", *words) == 2
     assert "which no rubber has on ice; allowed: up to 5" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 
@@ -436,7 +428,7 @@ def test_wrong_entries_are_a_sentence(text, arguments, words, tmp_path, monkeypa
     monkeypatch.chdir(tmp_path)
     (tmp_path / "f").write_text(text)
     (tmp_path / "g").write_text("-1 -1 -1\n")
-    assert iceslide("footprint", *arguments) == 2
+    assert exit_code("footprint", *arguments) == 2
     said = capsys.readouterr()
     assert words in said.err and said.err.startswith("iceslide: ") and said.err.count("\n") == 1
     assert sorted(path.name for path in tmp_path.iterdir()) == ["f", "g"]

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from program import rows_of
 
 from iceslide_fem.cli import main
 from iceslide_fem.film.lugs import lugs_of
@@ -209,7 +210,7 @@ def test_a_wheel_with_water_is_that_of_a_wet_scene(line, tmp_path):
     given = ["--contact", FILE, "--temperature", "-1degC", "--water", "20um", "--lug", "6mm"]
     assert command("wheel", *source, *given, "--out", tmp_path / "o") == 0
     by_scene, own = (
-        [float(row["mu"]) for row in csv.DictReader(open(tmp_path / name / "mu_slip.csv"))]
+        [float(row["mu"]) for row in rows_of(tmp_path / name / "mu_slip.csv")]
         for name in ("s", "o")
     )
     assert own == pytest.approx(by_scene, rel=1e-2)

@@ -1,10 +1,10 @@
 """Estimates of what may be neglected, the levels that follow, and the ladder that is run."""
 
-import csv
 from pathlib import Path
 
 import numpy as np
 import pytest
+from program import rows_of
 
 from iceslide_fem.runs.model_levels import ModelLevel, cheapest, on_level, resolved
 from iceslide_fem.runs.simplifications import simplifications
@@ -157,5 +157,4 @@ def test_auto_runs_what_it_says(tmp_path):
     scene = thesis("model=auto", "ice.heat=column", "numerics.tolerance=1e-2", *UNIFORM)
     summary = run(scene, tmp_path)
     assert summary["scene"]["model"] == "point"
-    with open(tmp_path / "history.csv", newline="") as file:
-        assert float(list(csv.DictReader(file))[-1]["time_s"]) == pytest.approx(7e-3)
+    assert float(rows_of(tmp_path / "history.csv")[-1]["time_s"]) == pytest.approx(7e-3)

@@ -1,11 +1,11 @@
 """Heat on a mesh: closed forms, manufactured solutions, conservation, bounds, whole slides."""
 
-import csv
 from pathlib import Path
 
 import meshio
 import numpy as np
 import pytest
+from program import rows_of
 
 pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 
@@ -125,7 +125,6 @@ def rises_under_flux(equation, times, steps=24):
     return np.array(rises)
 
 
-@pytest.mark.three
 @pytest.mark.mpi
 @pytest.mark.parametrize("dim", [2, 3])
 def test_a_half_space_under_constant_flux(dim):
@@ -392,7 +391,6 @@ RANKS = {
 }
 
 
-@pytest.mark.three
 @pytest.mark.mpi
 @pytest.mark.parametrize("name", RANKS)
 def test_friction_is_the_same_on_any_number_of_ranks(name):
@@ -423,8 +421,7 @@ def test_fields_and_probes_have_the_temperature_of_the_ice(tmp_path):
     assert ice.cells_dict["quad"].size == 4 * (lines[0].size - 1) * (lines[1].size - 1)
     order = np.lexsort([z, x])
     values = celsius[order].reshape(lines[0].size, lines[1].size)
-    with open(tmp_path / "probes.csv", newline="") as file:
-        *_, last = csv.DictReader(file)
+    *_, last = rows_of(tmp_path / "probes.csv")
     assert float(last["time_s"]) == time
     below = [np.interp(place[-1], lines[1], column) for column in values]
     expected = np.interp(place[0], lines[0], below)

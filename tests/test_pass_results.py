@@ -1,11 +1,11 @@
 """What is read, drawn, planned and swept of runs that slide over the same ice again."""
 
-import csv
 from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
+from program import rows_of
 
 from iceslide_fem.app.runs import StartedRun
 from iceslide_fem.postprocess.report.of_run import page_of_run
@@ -152,8 +152,7 @@ def test_info_says_how_warm_the_ice_gets(tmp_path):
     said = info(load=load)
     assert said["passes"].value == "20, one every 1 s"
     run(scene(load=load), tmp_path, pictures=False)
-    with open(tmp_path / "passes.csv", encoding="utf-8") as file:
-        begins = float(list(csv.DictReader(file))[-1]["surface_start_C"])
+    begins = float(rows_of(tmp_path / "passes.csv")[-1]["surface_start_C"])
     told = said["surface before the last pass"].value
     assert told.startswith("about ")
     assert float(told.split()[1]) + 10.0 == pytest.approx(begins + 10.0, rel=0.2)

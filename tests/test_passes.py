@@ -1,9 +1,8 @@
 """Rubber over the same ice again and again: exact warming, water between passes, tables."""
 
-import csv
-
 import numpy as np
 import pytest
+from program import rows_of
 from scipy.integrate import trapezoid
 
 from iceslide_fem import reference
@@ -162,10 +161,8 @@ def test_rows_of_blocks_are_passes_one_pitch_apart():
 def test_tables_of_a_run(tmp_path):
     """history.csv says which pass a row is of, passes.csv has a row for each."""
     summary = run(scene(), tmp_path, pictures=False)
-    with open(tmp_path / "history.csv", encoding="utf-8") as file:
-        history = list(csv.DictReader(file))
-    with open(tmp_path / "passes.csv", encoding="utf-8") as file:
-        passes = list(csv.DictReader(file))
+    history = rows_of(tmp_path / "history.csv")
+    passes = rows_of(tmp_path / "passes.csv")
     assert [row["pass"] for row in passes] == ["1", "2", "3", "4"]
     assert {row["pass"] for row in history} == {"1", "2", "3", "4"}
     times = np.array([float(row["time_s"]) for row in history])

@@ -1,9 +1,8 @@
 """Slices that slide over the same ice several times: any ice, any number of ranks, restarted."""
 
-import csv
-
 import numpy as np
 import pytest
+from program import rows_of
 
 pytest.importorskip("dolfinx")
 from slides import CASES, started  # noqa: E402
@@ -96,10 +95,8 @@ def test_a_run_goes_on_from_the_middle_of_a_pass():
 def test_tables_of_a_run(tmp_path):
     """history.csv counts rests, passes.csv has a row for each, the mean counts sliding alone."""
     summary = run(scene(), tmp_path, pictures=False)
-    with open(tmp_path / "history.csv", encoding="utf-8") as file:
-        history = list(csv.DictReader(file))
-    with open(tmp_path / "passes.csv", encoding="utf-8") as file:
-        found = list(csv.DictReader(file))
+    history = rows_of(tmp_path / "history.csv")
+    found = rows_of(tmp_path / "passes.csv")
     assert [row["pass"] for row in found] == ["1", "2", "3"]
     times = np.array([float(row["time_s"]) for row in history])
     assert times[-1] == pytest.approx(2 * 50e-3 + 0.5e-3)

@@ -1,9 +1,8 @@
 """Slices and blocks of rubber that relaxes, by the whole program."""
 
-import csv
-
 import numpy as np
 import pytest
+from program import rows_of
 
 pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 from slides import CASES, slide, started  # noqa: E402
@@ -50,8 +49,7 @@ def test_a_flat_block_creeps_as_the_closed_form(tmp_path):
         f"friction.law={tmp_path / 'constant.py'}:Constant", "output.probes.foot=[0, 0, 0]",
     )  # fmt: skip
     run(scene(*flat, "numerics.refinement=1", "numerics.tolerance=1e-3"), tmp_path / "out")
-    with open(tmp_path / "out" / "probes.csv", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
+    rows = rows_of(tmp_path / "out" / "probes.csv")
     time, moved = (
         np.array([float(row[n]) for row in rows]) for n in ("time_s", "displacement_x_m")
     )
@@ -61,7 +59,6 @@ def test_a_flat_block_creeps_as_the_closed_form(tmp_path):
 
 
 @pytest.mark.mpi
-@pytest.mark.three
 def test_the_same_on_any_number_of_ranks():
     relaxing = scene(ARMS, INSTANTANEOUS, "load.duration=0.5ms")
     together, alone = slide(relaxing, WORLD), slide(relaxing, MPI.COMM_SELF)

@@ -1,6 +1,5 @@
 """`iceslide roughness`: files in, table and pictures out, one sentence for what is wrong."""
 
-import csv
 import json
 import re
 import subprocess
@@ -12,9 +11,9 @@ from types import SimpleNamespace
 import numpy as np
 import psutil
 import pytest
+from program import exit_code, rows_of
 from surface_spec import SPEC
 
-from iceslide_fem.cli import main
 from iceslide_fem.preprocess.roughness.case import RoughnessCase, material
 from iceslide_fem.preprocess.roughness.generate import SurfaceSpec, generate
 from iceslide_fem.preprocess.roughness.read import read_surface
@@ -41,20 +40,13 @@ def heights():
     return generate(SurfaceSpec.model_validate(values | {"size": 4e-4, "pixels": 40})).heights
 
 
-def called(*words):
-    with pytest.raises(SystemExit) as ended:
-        main([str(word) for word in words])
-    return ended.value.code
-
-
 def test_from_a_surface_to_a_scene_in_two_commands(spec, tmp_path, capsys):
     out = tmp_path / "out"
     options = ["--realisations", 2, "--pressures", "0.5bar:8bar:4", "--out", out]
-    assert called("roughness", spec, *options) == 0
+    assert exit_code("roughness", spec, *options) == 0
     printed = capsys.readouterr().out
     assert "k is above 0.9 from" in printed and "contact.csv" in printed and "±" in printed
-    with open(out / "contact.csv", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
+    rows = rows_of(out / "contact.csv")
     assert tuple(rows[0]) == COLUMNS and len(rows) == 4
     columns = {name: np.array([float(row[name]) for row in rows]) for name in COLUMNS}
     assert (np.diff(columns["k"]) > 0).all() and (np.diff(columns["H_V_m"]) < 0).all()
@@ -121,15 +113,14 @@ def test_a_map_is_pressed_on_the_pixels_that_its_shortest_wave_needs(tmp_path, c
     fine = generate(SurfaceSpec.model_validate(spec)).heights
     np.save(tmp_path / "map.npy", fine[:432, :])
     options = ["--pixel", "2.08333um", "--pressures", "0.5bar:3bar:2", "--shortest-wave", "50um"]
-    assert called("roughness", tmp_path / "map.npy", *options, "--out", tmp_path / "out") == 0
+    assert exit_code("roughness", tmp_path / "map.npy", *options, "--out", tmp_path / "out") == 0
     said = " ".join(capsys.readouterr().out.replace("│", " ").split())
     assert "480 x 432 pixels of 2.083 um" in said and "270 x 243 pixels of 3.704 um, " in said
     found = json.loads((tmp_path / "out" / "surface.json").read_text())
     assert found["pixels"] == [270, 243] and found["measured"]["pixels"] == [480, 432]
     assert found["cut_offs"]["size_m"] == pytest.approx([1e-3, 0.9e-3], rel=1e-5)
     assert found["measured"]["pixel_m"] == pytest.approx(2.08333e-6)
-    with open(tmp_path / "out" / "contact.csv", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
+    rows = rows_of(tmp_path / "out" / "contact.csv")
     level = levelled(Surface(fine[:432, :], 2.08333e-6, periodic=False))
     exact = parameters(low_passed(level, 50e-6), YOUNGS_MODULUS["B"] / 0.75, np.array([0.5e5, 3e5]))
     assert [float(row["k"]) for row in rows] == pytest.approx(exact.k, rel=0.01)
@@ -140,7 +131,7 @@ def test_pixels_beyond_the_machines_memory_are_refused(heights, tmp_path, monkey
     np.save(tmp_path / "map.npy", heights)
     monkeypatch.setattr(psutil, "virtual_memory", lambda: SimpleNamespace(total=0.2e9))
     words = [tmp_path / "map.npy", "--pixel", "10um", "--shortest-wave", "70um"]
-    assert called("roughness", *words, "--out", tmp_path / "out") == 2
+    assert exit_code("roughness", *words, "--out", tmp_path / "out") == 2
     said = capsys.readouterr().err
     assert "0.0016 million pixels take about 0.2 GB of memory, and there are 0.2 GB" in said
     assert not (tmp_path / "out").exists() or not list((tmp_path / "out").iterdir())
@@ -304,7 +295,7 @@ def test_bad_input_is_one_sentence(name, content, options, words, tmp_path, caps
         path.write_bytes(content)
     out = tmp_path / "out"
     with np.errstate(all="ignore"):
-        code = called("roughness", path, *options, "--out", out)
+        code = exit_code("roughness", path, *options, "--out", out)
     error = capsys.readouterr().err
     assert code == 2 and words in error, error
     assert error.startswith("iceslide: ") and error.count("\n") == 1
@@ -323,7 +314,7 @@ def test_steep_surfaces_are_said(tmp_path, capsys):
     steep = re.sub("rms_height.*", "rms_slope = 0.7", SPEC)
     (tmp_path / "a.toml").write_text(steep)
     words = ["--realisations", "1", "--pressures", "1bar:2bar:2", "--out", tmp_path / "out"]
-    assert called("roughness", tmp_path / "a.toml", *words) == 0
+    assert exit_code("roughness", tmp_path / "a.toml", *words) == 0
     assert "the rms slope is 0.70: above 0.6" in capsys.readouterr().out
 
 
@@ -331,10 +322,10 @@ def test_heights_of_another_unit_are_refused(tmp_path, capsys):
     heights = np.random.default_rng(1).normal(size=(64, 64))  # micrometres, meant
     np.save(tmp_path / "a.npy", heights)
     words = ["--pixel", "8um", "--pressures", "1bar:2bar:2", "--out", tmp_path / "out"]
-    assert called("roughness", tmp_path / "a.npy", *words) == 2
+    assert exit_code("roughness", tmp_path / "a.npy", *words) == 2
     assert "slope of 5.26e+04" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
-    assert called("roughness", tmp_path / "a.npy", *words, "--height-unit", "um") == 0
+    assert exit_code("roughness", tmp_path / "a.npy", *words, "--height-unit", "um") == 0
 
 
 def test_skewness_beyond_the_spectrum_is_said(tmp_path):

@@ -1,13 +1,12 @@
 """Rough rubber that creeps into contact: closed forms, correspondence principle, the command."""
 
-import csv
 import json
 
 import numpy as np
 import pytest
+from program import exit_code, rows_of
 from surface_spec import SPEC
 
-from iceslide_fem.cli import main
 from iceslide_fem.preprocess.roughness.case import RoughnessCase, material
 from iceslide_fem.preprocess.roughness.creep import STEP_TOLERANCE, hold, step_error, steps
 from iceslide_fem.preprocess.roughness.generate import SurfaceSpec, generate
@@ -38,12 +37,6 @@ pressure = "1 bar"
 speed = 3
 duration = "1 ms"
 """
-
-
-def called(*words):
-    with pytest.raises(SystemExit) as ended:
-        main([str(word) for word in words])
-    return ended.value.code
 
 
 def test_a_wave_creeps_as_its_closed_form():
@@ -121,14 +114,13 @@ def test_tables_at_ages_from_the_command(tmp_path, capsys):
     out, surface = tmp_path / "out", tmp_path / "surface.toml"
     words = ["--realisations", 1, "--pressures", "0.5bar:4bar:3", "--out", out]
     relaxing = ["--prony", "0.3:5ms", "--modulus-is", "instantaneous"]
-    assert called("roughness", surface, *words, *relaxing, "--age", "5ms,0s") == 0
+    assert exit_code("roughness", surface, *words, *relaxing, "--age", "5ms,0s") == 0
     printed = capsys.readouterr().out
     assert "iterations" in printed and "5 ms after loading" in printed
     assert not (out / "contact.csv").exists()
 
     def column(name, key="k"):
-        with open(out / name, encoding="utf-8") as file:
-            return [float(row[key]) for row in csv.DictReader(file)]
+        return [float(row[key]) for row in rows_of(out / name)]
 
     early, late = column("contact_0ms.csv"), column("contact_5ms.csv")
     assert all(one < other for one, other in zip(early, late, strict=True))
@@ -188,7 +180,7 @@ def test_wrong_input_gets_one_sentence(tmp_path, monkeypatch, capsys, words, sai
     (tmp_path / "cut.toml").write_text('[rubber]\ncompound = "B"\nprony = 3\n', encoding="utf-8")
     given = [word for word in words if word != "MODULUS"]
     given += ["--modulus-is", "long-term"] * ("MODULUS" in words)
-    assert called("roughness", "surface.toml", *given, "--out", "out") == 2
+    assert exit_code("roughness", "surface.toml", *given, "--out", "out") == 2
     error = capsys.readouterr().err
     assert said in error and error.count("\n") == 1
     assert not (tmp_path / "out").exists()

@@ -1,13 +1,12 @@
 """`iceslide rubber`: a DMA table or a scene in, a [rubber], tables and pictures out."""
 
-import csv
 import json
 import tomllib
 from pathlib import Path
 
 import pytest
+from program import exit_code, rows_of
 
-from iceslide_fem.cli import main
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import load_scene, scene_from_dict
 
@@ -34,12 +33,6 @@ duration = "1 ms"
 """
 
 
-def called(*words):
-    with pytest.raises(SystemExit) as ended:
-        main([str(word) for word in words])
-    return ended.value.code
-
-
 def scene(rubber, **tables):
     film = {"k": 0.3, "D": 3e-5, "H_V": 2e-6}
     given = {"name": "a", "model": "slice", "rubber": rubber, "load": LOAD, "film": film}
@@ -57,7 +50,7 @@ def small(tmp_path):
 
 def test_from_a_table_to_a_scene(small, tmp_path, capsys):
     out = tmp_path / "out"
-    assert called("rubber", small, "--out", out) == 0
+    assert exit_code("rubber", small, "--out", out) == 0
     printed = capsys.readouterr().out
     assert "WLF" in printed and "rms of ln E'" in printed and "largest deviation" in printed
     assert all((out / name).stat().st_size > 100 for name in WRITTEN)
@@ -69,14 +62,13 @@ def test_from_a_table_to_a_scene(small, tmp_path, capsys):
     )
     assert found.rubber.relaxation.shift.C1 == pytest.approx(7.4, rel=0.01)
     assert found.rubber.relaxation.prony.long_term == pytest.approx(0.01, rel=0.02)
-    with open(out / "shift_factors.csv", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
+    rows = rows_of(out / "shift_factors.csv")
     temperatures = [float(row["temperature_C"]) for row in rows]
     assert temperatures == [-40.0, -30.0, -20.0, 0.0, 20.0, 30.0, 40.0, 60.0]
     by_law, alone = ([float(row[name]) for row in rows] for name in list(rows[0])[1:])
     assert by_law == pytest.approx(alone, abs=0.02)
-    assert called("rubber", small, "--out", out) == 0  # the same again
-    assert called("rubber", small, "--reference", "0degC", "--out", out) == 2
+    assert exit_code("rubber", small, "--out", out) == 0  # the same again
+    assert exit_code("rubber", small, "--reference", "0degC", "--out", out) == 2
     assert "results of other input (reference is None there" in capsys.readouterr().err
 
 
@@ -94,7 +86,7 @@ def test_a_scene_fits_its_own_table(tmp_path):
     (tmp_path / "table.csv").write_bytes(DMA.read_bytes())
     (tmp_path / "s.toml").write_text(text, encoding="utf-8")
     assert load_scene(tmp_path / "s.toml").rubber.dma == tmp_path / "table.csv"
-    assert called("rubber", tmp_path / "s.toml", "--out", tmp_path / "out") == 0
+    assert exit_code("rubber", tmp_path / "s.toml", "--out", tmp_path / "out") == 0
 
 
 @pytest.mark.parametrize(
@@ -121,11 +113,10 @@ def test_the_rubber_of_a_scene_is_shown_as_it_is(tmp_path, capsys):
     (tmp_path / "s.toml").write_text(SCENE, encoding="utf-8")
     out = tmp_path / "out"
     words = ["--rates", "1,100", "--temperatures", "-20degC,20degC", "--out", out]
-    assert called("rubber", tmp_path / "s.toml", *words) == 0
+    assert exit_code("rubber", tmp_path / "s.toml", *words) == 0
     rubber = tomllib.loads((out / "rubber.toml").read_text(encoding="utf-8"))["rubber"]
     assert rubber["compound"] == "B" and rubber["prony"] == [[0.3, 0.005]]
-    with open(out / "rubber.csv", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
+    rows = rows_of(out / "rubber.csv")
     summary = json.loads((out / "rubber.json").read_text())
     ends = [float(row["E_Pa"]) for row in (rows[0], rows[-1])]
     now = summary["instantaneous_modulus_Pa"]
@@ -166,7 +157,7 @@ def test_wrong_input_gets_one_sentence_and_nothing_is_written(tmp_path, capsys, 
     (tmp_path / "text.csv").write_text("no table at all\n", encoding="utf-8")
     file, *options = words
     out = tmp_path / "out"
-    assert called("rubber", tmp_path / file, *options, "--out", out) == 2
+    assert exit_code("rubber", tmp_path / file, *options, "--out", out) == 2
     error = capsys.readouterr().err
     assert said in error and error.startswith("iceslide: ") and error.count("\n") == 1
     assert not out.exists()

@@ -12,6 +12,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from program import rows_of
 
 pytest.importorskip("dolfinx")
 from slides import CASES, quarrelling, refusal, slide, started, thesis, turned, uniform  # noqa: E402
@@ -388,7 +389,6 @@ def test_a_rejected_step_leaves_no_trace():
     )
 
 
-@pytest.mark.three
 @pytest.mark.mpi
 @pytest.mark.parametrize("heat", ["column", "continuum"])
 def test_the_same_friction_on_any_number_of_ranks(heat):
@@ -406,7 +406,7 @@ def test_refusing_to_go_on_says_where_and_keeps_what_was_accepted(tmp_path):
     words = r"stops at t = 0\.\d+ ms of 1 ms: no step is accepted.*touches the ice"
     with pytest.raises(SimulationStopped, match=words):
         run(scene, tmp_path / "out")
-    rows = list(csv.DictReader(open(tmp_path / "out" / "history.csv")))
+    rows = rows_of(tmp_path / "out" / "history.csv")
     assert 1.8e-4 < float(rows[-1]["time_s"]) <= 2e-4
     assert "stops at" in (tmp_path / "out" / "summary.json").read_text()
 

@@ -1,6 +1,5 @@
 """Sweeps: what is varied, what is computed again, what is written, and how failures are told."""
 
-import csv
 import os
 import shutil
 import subprocess
@@ -11,6 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from program import rows_of
 
 import iceslide_fem
 from iceslide_fem.runs.checkpoint import write_checkpoint
@@ -170,8 +170,7 @@ def test_points_are_those_of_single_runs(tmp_path):
 @pytest.mark.quick
 def test_table_has_a_row_per_case_with_inputs_and_results(tmp_path):
     run_sweep(point_plan("load.pressure=1bar,2bar", "ice.heat=column,half-space"), tmp_path, None)
-    with open(tmp_path / "sweep.csv", newline="") as file:
-        rows = list(csv.DictReader(file))
+    rows = rows_of(tmp_path / "sweep.csv")
     assert [row["load.pressure"] for row in rows] == ["100000", "100000", "200000", "200000"]
     assert {row["status"] for row in rows} == {"done"}
     assert all(float(row["mu_peak"]) > 0.2 and row["rubber.compound"] == "B" for row in rows)
@@ -395,8 +394,7 @@ def test_it_is_said_where_the_film_law_has_no_dry_friction(tmp_path):
         said = []
         run_sweep(plan, tmp_path, None, said.append)
         assert sum("in 2 of 2 cases the ice does not melt" in line for line in said) == 1
-        with open(tmp_path / "sweep.csv", newline="") as file:
-            warnings = [row["warnings"] for row in csv.DictReader(file)]
+        warnings = [row["warnings"] for row in rows_of(tmp_path / "sweep.csv")]
         assert all("no dry friction" in text for text in warnings)
     said = []
     run_sweep(point_plan("load.speed=3,4 m/s"), tmp_path / "warm", None, said.append)

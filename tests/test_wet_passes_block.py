@@ -1,9 +1,8 @@
 """Slices that slide over the same wet ice again: water handed on, restarted, on several ranks."""
 
-import csv
-
 import numpy as np
 import pytest
+from program import rows_of
 
 pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 from slides import started  # noqa: E402
@@ -119,10 +118,8 @@ def test_a_run_goes_on_between_two_passes(begun):
 def test_tables_of_a_run(tmp_path):
     """Energies and water count from the start of each pass, and every one closes."""
     run(scene("keep", passes=3), tmp_path, pictures=False)
-    with open(tmp_path / "history.csv", encoding="utf-8") as file:
-        history = list(csv.DictReader(file))
-    with open(tmp_path / "passes.csv", encoding="utf-8") as file:
-        passes = list(csv.DictReader(file))
+    history = rows_of(tmp_path / "history.csv")
+    passes = rows_of(tmp_path / "passes.csv")
     assert [row["pass"] for row in passes] == ["1", "2", "3"]
     water = [float(row["squeezed_height_m"]) for row in passes]
     assert WATER > water[0] > water[1] > water[2] > 1e-6

@@ -1,6 +1,5 @@
 """`iceslide wheel`: its files, families, stiffness, and one sentence for all that is wrong."""
 
-import csv
 import json
 import subprocess
 import sys
@@ -9,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
+from program import exit_code, numbers_of
 
-from iceslide_fem.cli import main
 from iceslide_fem.preprocess.footprint.synthetic import Tread, grey_picture, save
 from iceslide_fem.preprocess.wheel import block_shear
 from iceslide_fem.runtime.errors import SceneError
@@ -37,15 +36,11 @@ temperature = "-6 degC"
 
 
 def wheel(*words, report=False):
-    words = ["wheel", *words, *([] if report else ["--no-report"])]
-    with pytest.raises(SystemExit) as ended:
-        main([str(word) for word in words])
-    return ended.value.code
+    return exit_code("wheel", *words, *([] if report else ["--no-report"]))
 
 
 def rows(out):
-    with open(out / "mu_slip.csv", encoding="utf-8") as file:
-        return [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
+    return numbers_of(out / "mu_slip.csv")
 
 
 def summary(out):
@@ -83,8 +78,7 @@ def test_a_line_leaves_table_picture_summary_and_page(tmp_path, capsys):
 def test_a_locked_wheel_is_that_of_a_footprint(tmp_path):
     options = ("--gaussian", "120mm,2bar,30mm", "--speed", "20km/h", "--temperature", "-6degC")
     assert wheel(*options, "--slip", "1", "--out", tmp_path / "wheel") == 0
-    with pytest.raises(SystemExit):
-        main(["footprint", *options, "--no-report", "--out", str(tmp_path / "foot")])
+    assert exit_code("footprint", *options, "--no-report", "--out", tmp_path / "foot") == 0
     film = summary(tmp_path / "foot")["film"]
     (row,) = rows(tmp_path / "wheel")
     assert row["mu"] == pytest.approx(film["mu_mean"], rel=5e-3)
