@@ -71,7 +71,6 @@ def test_forces_and_tangent_are_the_derivatives_of_the_energy(model):
 
 
 @pytest.mark.mpi
-@pytest.mark.three
 @pytest.mark.parametrize("model", ["slice", "block"])
 def test_any_number_of_ranks_finds_the_same_forces(model):
     sums = []

@@ -98,7 +98,6 @@ def ramped(pressure, displacement):
     return sliding_friction(5e4 * np.clip(x, 0, 1), slope, displacement.shape[-1])
 
 
-@pytest.mark.three
 @pytest.mark.parametrize("law, friction", [(static, ufl_coulomb), (ramped, ufl_ramped)])
 def test_assembly_equals_ufl(bent, law, friction):
     rubber, surface = bent
@@ -133,7 +132,6 @@ def test_tangent_is_the_derivative_of_the_forces(bent, law):
     np.testing.assert_allclose(difference, predicted, atol=1e-6 * scale)
 
 
-@pytest.mark.three
 def test_pressure_of_a_given_penetration(bent):
     rubber, surface = bent
     rubber.u.x.array[:] = 0.0

@@ -136,7 +136,6 @@ def test_points_and_nodes_have_the_same_power(film):
     assert (growth[~covered] == 1.0).all()
 
 
-@pytest.mark.three
 @pytest.mark.mpi
 @pytest.mark.parametrize("film", [{}, DRY], ids=["film", "dry"])
 @pytest.mark.parametrize("frame", FRAMES)

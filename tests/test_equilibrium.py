@@ -74,7 +74,6 @@ def forces_on_contact(system, law):
     return np.array([*parts, surface.total(state.pressure, state.area)]), touching
 
 
-@pytest.mark.three
 @pytest.mark.parametrize("law", [static, sliding])
 @pytest.mark.parametrize("cells", CELLS)
 def test_contact_carries_the_plate(cells, law):
@@ -133,7 +132,6 @@ def test_newton_direction_solves_the_linearised_bordered_system(cells):
     assert left_by(equations.change(), equations) < 1e-5
 
 
-@pytest.mark.three
 @pytest.mark.parametrize("cells", CELLS)
 def test_kept_factors_give_the_change_of_the_present_contact(cells):
     system = equilibrium_of(cells)
@@ -146,7 +144,6 @@ def test_kept_factors_give_the_change_of_the_present_contact(cells):
     assert left_by(equations.change(), equations) < 0.03
 
 
-@pytest.mark.three
 def test_loads_are_answered_line_by_line_at_once():
     system = equilibrium_of("hexahedron")
     system.rubber.displacements[:, -1] -= 0.1 * BAR / PENALTY
@@ -174,7 +171,6 @@ def test_loads_are_answered_line_by_line_at_once():
     np.testing.assert_allclose(bordered.response(loads[:1]), alone[:1], atol=1e-9 * size)
 
 
-@pytest.mark.three
 @pytest.mark.parametrize(("cells", "n"), [("quadrilateral", 16), ("hexahedron", 4)])
 def test_what_lacks_evenly_counts_however_many_nodes_share_it(cells, n):
     """Their forces alone would count less than this already here, and ever less."""
@@ -237,7 +233,6 @@ def test_factors_get_more_room_where_theirs_is_too_small(cells):
     assert tight.plate_displacement() == pytest.approx(enough.plate_displacement(), rel=1e-9)
 
 
-@pytest.mark.three
 @pytest.mark.parametrize("cells", ["tetrahedron", "hexahedron"])
 def test_symmetric_factors_give_newton_the_direction_of_all_of_the_tangent(cells):
     system = equilibrium_of(cells)
@@ -325,7 +320,6 @@ def test_plate_displacement_is_the_same_in_every_dolfinx_version(cells, micromet
     assert system.plate_displacement() * 1e6 == pytest.approx(micrometres, rel=1e-7)
 
 
-@pytest.mark.three
 @pytest.mark.parametrize("cells", CELLS)
 def test_ranks_do_not_change_the_result(cells):
     together, alone = equilibrium_of(cells), equilibrium_of(cells, MPI.COMM_SELF)

@@ -126,7 +126,6 @@ def march(ice, flux, steps, duration=DURATION):
     return heat_state, stage
 
 
-@pytest.mark.three
 @pytest.mark.parametrize("model", ["slice", "block"])
 def test_heat_that_leaves_the_points_is_the_heat_in_the_ice(model):
     ice, points, area = some_ice(model)
@@ -136,7 +135,6 @@ def test_heat_that_leaves_the_points_is_the_heat_in_the_ice(model):
     assert ice.heat(heat_state) == pytest.approx(given, rel=1e-9)
 
 
-@pytest.mark.three
 @pytest.mark.parametrize("model", ["slice", "block"])
 def test_heat_is_conserved_while_part_of_the_surface_melts(model):
     ice, points, area = some_ice(model)
@@ -353,7 +351,6 @@ def taken(modes, resistance, rise):
     return (inverse.T @ (inverse @ rise.ravel() / resistance.ravel())).reshape(rise.shape)
 
 
-@pytest.mark.three
 @pytest.mark.parametrize("conducts", [True, False])
 @pytest.mark.parametrize("shape", [(7,), (6, 2), (6, 5)])
 def test_what_is_balanced_is_what_ice_takes(shape, conducts):
@@ -411,7 +408,6 @@ class CountedSurface(IceSurface):
         return found
 
 
-@pytest.mark.three
 @pytest.mark.parametrize("model", ["slice", "block"])
 def test_first_guess_saves_changes_and_moves_nothing(model):
     """No node of the guess is above T_m, and none takes more than friction makes around it; from
@@ -489,7 +485,6 @@ def test_points_that_melt_and_freeze_in_turn_settle():
     assert ice.heat(heat_state) @ grid.cell_area == pytest.approx(given, rel=1e-9)
 
 
-@pytest.mark.three
 @pytest.mark.parametrize("model", ["slice", "block"])
 def test_ice_for_a_longer_run_goes_on_below(model):
     lines = patch_lines(a_scene(model, 0.5))

@@ -65,7 +65,6 @@ def volumes(meshed):
 # --- regions in DOLFINx
 
 
-@pytest.mark.three
 @pytest.mark.mpi
 @pytest.mark.parametrize("dim", [2, 3])
 def test_regions_and_facets_have_their_tags_on_every_rank(dim):
@@ -79,7 +78,6 @@ def test_regions_and_facets_have_their_tags_on_every_rank(dim):
     assert len(meshed.cell_tags.indices) == cells.size_local + cells.num_ghosts
 
 
-@pytest.mark.three
 @pytest.mark.mpi
 def test_columns_of_cells_stay_on_one_rank():
     meshed = gmsh_model.distribute(two_regions(3), WORLD)
@@ -174,7 +172,6 @@ def test_ice_has_the_layers_of_the_time_that_it_is_warmed(tmp_path):
     assert both[0] < 1.5 * first[0]
 
 
-@pytest.mark.three
 @pytest.mark.mpi
 @pytest.mark.parametrize("model", ["slice", "block"])
 def test_regions_are_the_layers_and_parts_their_faces(model, tmp_path):

@@ -141,7 +141,6 @@ def test_cells_are_smallest_at_the_contact_edges():
 # --- rubber and ice in DOLFINx
 
 
-@pytest.mark.three
 @pytest.mark.mpi
 @pytest.mark.parametrize("model", ["slice", "block"])
 def test_every_rank_gets_its_share_of_cells_and_contact(model):
@@ -166,7 +165,6 @@ def test_cells_are_shared_out_in_columns():
     assert owners(np.zeros((0, 2)), 3).size == 0
 
 
-@pytest.mark.three
 @pytest.mark.mpi
 @pytest.mark.parametrize("model", ["slice", "block"])
 def test_rubber_has_its_volume_and_parts(model):
@@ -206,7 +204,6 @@ def test_ice_covers_the_footprint_and_its_margin(model):
         np.testing.assert_allclose(inside[::2], line[line >= 0.0])
 
 
-@pytest.mark.three
 @pytest.mark.mpi
 @pytest.mark.parametrize("model", ["slice", "block"])
 def test_ice_lines_locate_the_nodes(model):
@@ -397,7 +394,6 @@ rubber, S3
 """
 
 
-@pytest.mark.three
 @pytest.mark.mpi
 @pytest.mark.parametrize("motion", ["attached", "sliding"])
 def test_a_mesh_with_fewer_cells_than_ranks_runs(motion, tmp_path):
@@ -416,7 +412,6 @@ def test_a_mesh_with_fewer_cells_than_ranks_runs(motion, tmp_path):
         assert float(rows[-1].split(",")[force]) == pytest.approx(0.1, rel=1e-5)  # 1 bar, 1 mm2
 
 
-@pytest.mark.three
 @pytest.mark.mpi
 def test_a_bad_mesh_is_refused_on_every_rank(tmp_path):
     (tmp_path / "bad.msh").write_text("this is no mesh")

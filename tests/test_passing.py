@@ -368,7 +368,6 @@ def test_the_cost_does_not_grow_with_the_distance():
     assert sizes[0] == sizes[1]
 
 
-@pytest.mark.three
 @pytest.mark.mpi
 @pytest.mark.parametrize("carrier", ["ice", "rubber"])
 def test_the_same_friction_on_any_number_of_ranks(carrier):

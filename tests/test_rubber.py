@@ -128,7 +128,6 @@ def test_tangent_is_the_derivative_of_the_forces(cells):
     assert transposed.norm() < 1e-12 * predicted.norm()
 
 
-@pytest.mark.three
 @pytest.mark.parametrize("cells", ["quadrilateral", "hexahedron"])
 def test_cells_of_the_upper_half_keep_their_volume_on_average(cells):
     """The others do at every point; on any number of ranks."""

@@ -92,7 +92,6 @@ def test_both_carriers_share_the_heat_alike_below_a_film_that_stays():
     assert 0.02 < shares[0][end] < shares[0][half] < 0.195
 
 
-@pytest.mark.three
 @pytest.mark.mpi
 @pytest.mark.parametrize(
     ("carrier", "heat", "duration"),

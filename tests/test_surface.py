@@ -31,7 +31,6 @@ def deformed(rubber, mapping):
     return mapping(X) - X
 
 
-@pytest.mark.three
 def test_undeformed_block_covers_its_bottom(rubber):
     surface = contact_surface(rubber.space, rubber.facets("contact"), DEGREE)
     area = surface.footprint(np.zeros_like(rubber.displacements))
@@ -111,7 +110,6 @@ def test_derivative_of_the_area(rubber):
     np.testing.assert_allclose((ahead - behind) / (2 * step), predicted, atol=1e-7 * scale)
 
 
-@pytest.mark.three
 def test_scatter_adds_shape_functions_up_to_the_area(rubber):
     surface = contact_surface(rubber.space, rubber.facets("contact"), DEGREE)
     u = rubber.displacements

@@ -71,7 +71,6 @@ def test_voids_that_are_not_full_change_nothing():
 
 
 @pytest.mark.mpi
-@pytest.mark.three
 @pytest.mark.parametrize("frame", ["attached", "on ice"])
 def test_the_same_on_any_number_of_ranks(frame):
     wet = scene(frame, "5 um", duration=0.3e-3)
@@ -166,7 +165,6 @@ def test_a_puddle_comes_and_goes():
 
 
 @pytest.mark.mpi
-@pytest.mark.three
 def test_sipes_fill_the_same_on_any_number_of_ranks():
     wet = scene("on ice", "20 um", duration=0.5e-3, sipes=SMALL, stores_water=True)
     together, alone = slide(wet, WORLD), slide(wet, MPI.COMM_SELF)

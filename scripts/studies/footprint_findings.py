@@ -112,10 +112,9 @@ def printed_rises() -> None:
     print(f"{float(jaeger_rise(heat, pixel, LENGTH / V, PRINTED)):.2g} K one pixel away")
 
 
-def friction_by_balance() -> None:
+def friction_by_balance(footprint: PressureMap) -> None:
     """mu by (4.7) to (4.9) and (3.8) with both heat models, and the depth that gives the film's."""
     case_values = {"image": "none", "thesis_balance": True, **SIZE}
-    footprint = Tread().footprint(SHAPE)
     result = survey(FootprintCase.of(case_values), ReadFootprint(footprint))
     film = result.mu_mean
     rows = []
@@ -174,7 +173,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         round_trips(Path(folder))
     printed_rises()
-    friction_by_balance()
+    friction_by_balance(Tread().footprint(SHAPE))
     film_over_pixels()
 
 
