@@ -1,10 +1,14 @@
 """The whole program in this process, and the tables that it writes."""
 
 import csv
+from functools import partial
 
 import pytest
 
+from iceslide_fem import simulate
 from iceslide_fem.cli import main
+
+run = partial(simulate.run, pictures=False)
 
 
 def exit_code(*words):

@@ -1,10 +1,12 @@
 """The case scripts as people run them: alone, under mpirun, with wrong input, without a way out."""
 
 import os
+import runpy
 import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -17,19 +19,33 @@ pytestmark = pytest.mark.fe
 CASES = Path(__file__).parent.parent / "cases"
 POINTS = ("friction_drum",)  # cases of a point alone
 SCRIPTS = sorted(path.stem for path in CASES.glob("*.py") if path.stem not in POINTS)
-SMALL = ["load.duration=0.2ms", "numerics.tolerance=1e-2", "numerics.refinement=0.5"]
+SMALL = ["load.duration=0.2ms", "numerics.tolerance=1e-2", "numerics.refinement=0.25"]
 SLICE = ["model=slice", *SMALL]
 # The wheel has an mpirun of its own, and does not work with another.
 MPIRUN = shutil.which("mpirun", path=Path(sys.executable).parent) or shutil.which("mpirun")
 
 
-def run_case(script, out, changes, ranks=1):
-    """Run a case script with some changes as a process of its own, or several."""
-    command = [sys.executable, str(CASES / f"{script}.py"), "--out", str(out)]
-    for change in changes:
-        command += ["--set", change]
-    if ranks > 1:
-        command = [MPIRUN, "-n", str(ranks), *command]
+class Ended(NamedTuple):
+    """How a case ended, and what it printed."""
+
+    returncode: int
+    stdout: str
+    stderr: str
+
+
+def run_case(script, changes, out, printed):
+    """Run a case script with some changes in this process."""
+    words = [word for change in changes for word in ("--set", change)]
+    with pytest.MonkeyPatch.context() as patched, pytest.raises(SystemExit) as ended:
+        patched.setattr(sys, "argv", ["", "--out", str(out), *words])
+        runpy.run_path(str(CASES / f"{script}.py"), run_name="__main__")
+    return Ended(ended.value.code or 0, *printed.readouterr())
+
+
+def run_on_two(script, changes, out):
+    """Run it as two processes."""
+    words = [word for change in changes for word in ("--set", change)]
+    command = [MPIRUN, "-n", "2", sys.executable, str(CASES / f"{script}.py"), "--out", str(out)]
     environment = os.environ | {
         "OMP_NUM_THREADS": "1",
         "OMPI_MCA_rmaps_base_oversubscribe": "1",
@@ -38,7 +54,9 @@ def run_case(script, out, changes, ranks=1):
     }
     if os.getuid() == 0:
         environment |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
-    return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300)
+    return subprocess.run(
+        [*command, *words], env=environment, capture_output=True, text=True, timeout=300
+    )
 
 
 def check(out, done, scene):
@@ -62,18 +80,18 @@ def check(out, done, scene):
 
 
 @pytest.mark.parametrize("script", SCRIPTS)
-def test_a_case_in_two_dimensions(script, tmp_path):
+def test_a_case_in_two_dimensions(script, tmp_path, capsys):
     dry = load_scene(CASES / f"{script}.toml").film.dry_stress is not None
     changes = [*SLICE, "rubber.inertia=true"] if dry else SLICE
     scene = load_scene(CASES / f"{script}.toml", changes)
-    run = check(tmp_path, run_case(script, tmp_path, changes), scene)
+    run = check(tmp_path, run_case(script, changes, tmp_path, capsys), scene)
     assert run.scene == scene.as_dict()
 
 
 @pytest.mark.parametrize("script", POINTS)
-def test_a_case_of_a_point(script, tmp_path):
+def test_a_case_of_a_point(script, tmp_path, capsys):
     changes = ["load.passes=3", "numerics.tolerance=1e-2"]
-    done = run_case(script, tmp_path, changes)
+    done = run_case(script, changes, tmp_path, capsys)
     assert done.returncode == 0, done.stderr
     run = read_run(tmp_path)
     assert run.scene == load_scene(CASES / f"{script}.toml", changes).as_dict()
@@ -82,25 +100,25 @@ def test_a_case_of_a_point(script, tmp_path):
     assert (tmp_path / "report.png").stat().st_size > 10_000
 
 
-def test_a_case_in_three_dimensions(tmp_path):
+def test_a_case_in_three_dimensions(tmp_path, capsys):
     changes = ["load.duration=0.05ms", "numerics.tolerance=1e-2", "numerics.refinement=0.25"]
     scene = load_scene(CASES / "thesis_1bar.toml", changes)
     assert scene.model == "block"
-    check(tmp_path, run_case("thesis_1bar", tmp_path, changes), scene)
+    check(tmp_path, run_case("thesis_1bar", changes, tmp_path, capsys), scene)
 
 
 @pytest.mark.skipif(MPIRUN is None, reason="there is no mpirun")
-def test_a_case_on_two_processes_gives_the_same(tmp_path):
+def test_a_case_on_two_processes_gives_the_same(tmp_path, capsys):
     scene = load_scene(CASES / "thesis_5bar.toml", SLICE)
-    together = check(tmp_path / "2", run_case("thesis_5bar", tmp_path / "2", SLICE, 2), scene)
-    alone = check(tmp_path / "1", run_case("thesis_5bar", tmp_path / "1", SLICE), scene)
+    together = check(tmp_path / "2", run_on_two("thesis_5bar", SLICE, tmp_path / "2"), scene)
+    alone = check(tmp_path / "1", run_case("thesis_5bar", SLICE, tmp_path / "1", capsys), scene)
     assert (together.summary["ranks"], alone.summary["ranks"]) == (2, 1)
     for time in (0.0, 1e-4, 2e-4):
         assert together.at("mu", time) == pytest.approx(alone.at("mu", time), rel=1e-3)
 
 
-def test_a_bad_scene_ends_with_2_and_writes_nothing(tmp_path):
-    done = run_case("paper_1bar", tmp_path / "out", ["load.pressure=1 kg"])
+def test_a_bad_scene_ends_with_2_and_writes_nothing(tmp_path, capsys):
+    done = run_case("paper_1bar", ["load.pressure=1 kg"], tmp_path / "out", capsys)
     assert done.returncode == 2
     assert done.stderr.startswith('iceslide: load.pressure = "1 kg" has the wrong unit')
     assert done.stderr.count("\n") == 1
@@ -109,7 +127,7 @@ def test_a_bad_scene_ends_with_2_and_writes_nothing(tmp_path):
 
 @pytest.mark.skipif(MPIRUN is None, reason="there is no mpirun")
 def test_a_bad_scene_is_said_once_on_two_processes(tmp_path):
-    done = run_case("paper_1bar", tmp_path / "out", ["load.presure=1bar"], ranks=2)
+    done = run_on_two("paper_1bar", ["load.presure=1bar"], tmp_path / "out")
     assert done.returncode == 2
     assert done.stderr.count("did you mean load.pressure?") == 1
     assert "Traceback" not in done.stderr
@@ -127,8 +145,10 @@ def test_a_bad_scene_is_said_once_on_two_processes(tmp_path):
         ("thesis_5bar", "load.speed=100m/s", "the block finds no equilibrium when bringing it to"),
     ],
 )
-def test_a_block_without_equilibrium_ends_with_3_and_says_why(script, change, words, tmp_path):
-    done = run_case(script, tmp_path, [*SLICE, change])
+def test_a_block_without_equilibrium_ends_with_3_and_says_why(
+    script, change, words, tmp_path, capsys
+):
+    done = run_case(script, [*SLICE, change], tmp_path, capsys)
     assert done.returncode == 3
     assert words in done.stderr.splitlines()[-1]
     assert "Traceback" not in done.stderr

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 pytest.importorskip("iceslide_fem.fenics.compat")
+from program import run  # noqa: E402
+
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.ice_heat import Column  # noqa: E402
 from iceslide_fem.interface.ice_continuum import Continuum  # noqa: E402
@@ -28,7 +30,6 @@ from iceslide_fem.runs.point import point_history  # noqa: E402
 from iceslide_fem.runtime.errors import SceneError  # noqa: E402
 from iceslide_fem.runtime.launch import memory_of_machine  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
-from iceslide_fem.simulate import run  # noqa: E402
 from iceslide_fem.workflow.planning import cost  # noqa: E402
 from iceslide_fem.workflow.planning.cost import estimate, expected_steps, step_seconds  # noqa: E402
 from iceslide_fem.workflow.planning.doubts import expected  # noqa: E402

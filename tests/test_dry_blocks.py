@@ -7,9 +7,10 @@ import pytest
 
 pytest.importorskip("iceslide_fem.fenics.compat")
 
+from program import run  # noqa: E402
+
 from iceslide_fem.postprocess.results import read_run  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
-from iceslide_fem.simulate import run  # noqa: E402
 
 pytestmark = [pytest.mark.fe, pytest.mark.once]
 

@@ -6,6 +6,7 @@ import pytest
 pytest.importorskip("dolfinx")
 from pathlib import Path
 
+from program import run  # noqa: E402
 from slides import slide, started, thesis  # noqa: E402
 from test_laws import BAD, LAWS, aged, ageing, page_law  # noqa: E402
 from test_passing import passing  # noqa: E402
@@ -19,7 +20,6 @@ from iceslide_fem.rubber.block import build_block  # noqa: E402
 from iceslide_fem.runs.point import point_history  # noqa: E402
 from iceslide_fem.runtime.errors import SceneError, SimulationStopped  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
-from iceslide_fem.simulate import run  # noqa: E402
 
 pytestmark = [pytest.mark.fe, pytest.mark.once]
 ROOT = Path(__file__).parent.parent

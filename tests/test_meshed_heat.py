@@ -5,7 +5,7 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
-from program import rows_of
+from program import rows_of, run  # noqa: E402
 
 pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 
@@ -37,7 +37,6 @@ from iceslide_fem.runtime.units import ZERO_CELSIUS  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 from iceslide_fem.scene.materials import ICE, Layer, Solid  # noqa: E402
 from iceslide_fem.scene.thermal_layers import layers, stacked_layers  # noqa: E402
-from iceslide_fem.simulate import run  # noqa: E402
 
 pytestmark = pytest.mark.fe
 CASES = Path(__file__).parent.parent / "cases"

@@ -11,6 +11,7 @@ pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 import ufl  # noqa: E402
 from dolfinx import fem  # noqa: E402
 from mpi4py import MPI  # noqa: E402
+from program import run  # noqa: E402
 
 from iceslide_fem.fenics import compat  # noqa: E402
 from iceslide_fem.film.ice_heat import Column  # noqa: E402
@@ -29,7 +30,6 @@ from iceslide_fem.scene import load_scene  # noqa: E402
 from iceslide_fem.scene.course import Course  # noqa: E402
 from iceslide_fem.scene.materials import ICE, Layer  # noqa: E402
 from iceslide_fem.scene.notes import notes  # noqa: E402
-from iceslide_fem.simulate import run  # noqa: E402
 
 SPEEDS = Course((), (3.0,), 7e-3)
 HALF_SPACE = Layer("ice", np.inf, ICE)

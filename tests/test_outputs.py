@@ -21,7 +21,7 @@ pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 
 import meshio  # noqa: E402
 from blocks import CELLS, SIZE, a_block, bend  # noqa: E402
-from program import rows_of  # noqa: E402
+from program import rows_of, run  # noqa: E402
 from runs import a_scene  # noqa: E402
 
 from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
@@ -54,7 +54,6 @@ from iceslide_fem.runtime.errors import OutputError, SceneError  # noqa: E402
 from iceslide_fem.scene import load_scene, scene_from_dict  # noqa: E402
 from iceslide_fem.scene.fingerprint import fingerprint  # noqa: E402
 from iceslide_fem.scene.numerics import FIELDS  # noqa: E402
-from iceslide_fem.simulate import run  # noqa: E402
 
 WORLD = MPI.COMM_WORLD
 CASES = Path(__file__).parent.parent / "cases"

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from program import rows_of
+from program import rows_of, run
 from scipy.integrate import trapezoid
 
 from iceslide_fem import reference
@@ -14,7 +14,6 @@ from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.scene.materials import BOTTOMLESS, ICE, MELTING_TEMPERATURE, Ground
 from iceslide_fem.scene.shear_strength import ShearStrength
-from iceslide_fem.simulate import run
 
 pytestmark = pytest.mark.quick
 FLUX, TIME = 160e3, 5e-3  # W/m2, s

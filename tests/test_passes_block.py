@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from program import rows_of
+from program import rows_of, run  # noqa: E402
 
 pytest.importorskip("dolfinx")
 from slides import CASES, started  # noqa: E402
@@ -14,7 +14,6 @@ from iceslide_fem.rubber.block import build_block  # noqa: E402
 from iceslide_fem.runtime.errors import SceneError  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 from iceslide_fem.scene.materials import MELTING_ENTHALPY  # noqa: E402
-from iceslide_fem.simulate import run  # noqa: E402
 
 pytestmark = [pytest.mark.fe, pytest.mark.once]
 REST, FIRST = 0.0495, 70e-9  # s, m

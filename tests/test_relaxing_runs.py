@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from program import rows_of
+from program import rows_of, run  # noqa: E402
 
 pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 from slides import CASES, slide, started  # noqa: E402
@@ -10,7 +10,6 @@ from slides import CASES, slide, started  # noqa: E402
 from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
-from iceslide_fem.simulate import run  # noqa: E402
 
 pytestmark = [pytest.mark.fe, pytest.mark.once]
 WORLD = MPI.COMM_WORLD

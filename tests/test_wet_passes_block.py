@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from program import rows_of
+from program import rows_of, run  # noqa: E402
 
 pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 from slides import started  # noqa: E402
@@ -12,7 +12,6 @@ from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.rubber.block import build_block  # noqa: E402
 from iceslide_fem.scene import scene_from_dict  # noqa: E402
 from iceslide_fem.scene.materials import MELTING_ENTHALPY  # noqa: E402
-from iceslide_fem.simulate import run  # noqa: E402
 
 pytestmark = [pytest.mark.fe, pytest.mark.once]
 WATER, FIRST = 5e-6, 70e-9

@@ -6,11 +6,8 @@ the interpolation P from the unknowns to the points,
     (C / dt + K) w = C w_0 / dt - g + P^T a q(T_0 + P w),
 
 where q are the fluxes (W/m2) from the films and a their areas. Ice melts at T_m, so q falls with
-the temperature, steeply where it melts. The equations are the gradient of a convex function. Each
-iteration evaluates the films and their slopes at the present temperatures and solves one linear
-system. A line search goes along the solution as far as the convex function falls (M. Hintermueller,
-K. Ito, K. Kunisch, SIAM J. Optim. 13 (2003) 865: it is the primal-dual active set method where the
-films only switch between two lines).
+the temperature, steeply where it melts. Each iteration of `heat.newton` evaluates the films and
+their slopes at the present temperatures and solves one linear system.
 
 Points are coupled to the surface through a small `interface_resistance` (K m2/W). The flux of a
 melting point is then a unique function of its temperature.
@@ -18,7 +15,9 @@ melting point is then a unique function of its temperature.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from copy import copy
+from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -28,6 +27,7 @@ from iceslide_fem.film.law import Film, FilmStage, Surface
 from iceslide_fem.film.rubber_heat import FilmBetween, HalfFilm, RubberSurface, parallel
 from iceslide_fem.heat.bodies import Bodies
 from iceslide_fem.heat.linear import LinearSolver
+from iceslide_fem.heat.newton import NOT_FOUND, balanced
 from iceslide_fem.heat.surface import Readings
 from iceslide_fem.runtime.arrays import Array, Index
 from iceslide_fem.runtime.errors import NotConverged
@@ -101,21 +101,12 @@ class BetweenIceAndRubber(NamedTuple):
 
 
 MOST_ITERATIONS = 40
-MOST_PLACES = 16
-FALLEN = 0.5  # fraction of the first slope at which the line search ends
+FALLEN = 0.5  # largest slope at the end of a line search over the first one
 # Fractions of the agreement: tolerance of the balance, so the result does not depend on the number
 # of ranks; tolerance of a linear system, because the flux of a film changes by 1 /
 # interface_resistance times a temperature error.
 CONVERGED, CLOSE = 1e-2, 1e-5
 SAME = PETSc.Mat.Structure.SAME_NONZERO_PATTERN
-NOT_FOUND = "the melting part of the ice's surface is not found"
-
-
-class Evaluation(NamedTuple):
-    """Heat of the films at given temperatures, and the imbalance of each unknown (W)."""
-
-    answer: Answer
-    imbalance: Array
 
 
 class Begin(NamedTuple):
@@ -149,6 +140,49 @@ class Meeting(NamedTuple):
         return self if points is None else self._replace(reads=self.reads.among(points))
 
 
+@dataclass(frozen=True)
+class FilmsOnBodies:
+    """A guess of the rise (K) of a `balance`, with the answer of the films.
+
+    imbalance: what the films give more than the bodies take, W, (n_own,).
+    """
+
+    balance: Balance
+    begin: Begin
+    film: Film
+    rise: Array
+    answer: Answer
+    imbalance: Array
+
+    @property
+    def settled(self) -> bool:
+        """Whether the imbalance warms no unknown by more than a part of the agreement."""
+        begin = self.begin
+        off = np.abs(self.imbalance / (begin.capacity + begin.diagonal)).max(initial=0.0)
+        most = self.balance.bodies.comm.allreduce(off, op=MPI.MAX)
+        if np.isnan(most):
+            raise NotConverged(NOT_FOUND)
+        return bool(most <= CONVERGED * self.balance.agreement)
+
+    def change(self) -> Array:
+        """The Newton step (K)."""
+        return self.balance.step(self.begin, self.rise, self.answer.slopes, self.imbalance)
+
+    def along(self, change: Array) -> tuple[float, Callable[[float], tuple[float, FilmsOnBodies]]]:
+        """Slope along a `change` (K), and slope and guess after a fraction of it. Collective."""
+        near = self.answer.stage.log_height
+
+        def at(length: float) -> tuple[float, FilmsOnBodies]:
+            there = self.balance.guess(self.begin, self.film, self.rise + length * change, near)
+            return there.slope(change), there
+
+        return self.slope(change), at
+
+    def slope(self, change: Array) -> float:
+        """Slope of the convex function along a `change` (K). Collective."""
+        return -self.balance.bodies.total(float(change @ self.imbalance))
+
+
 class Balance:
     """Heat balance of bodies and films; `contact` gives the heat of the films."""
 
@@ -159,7 +193,7 @@ class Balance:
         """temperature: initial, of all bodies, K; agreement: tolerance of surface
         temperatures, K.
         """
-        self._bodies, self._T_0, self._agreement = bodies, temperature, agreement
+        self.bodies, self.agreement, self._T_0 = bodies, agreement, temperature
         self._solver = LinearSolver(bodies.comm, CLOSE * agreement)
         self._heating = np.zeros_like(bodies.capacity)
         self._tangent_of_one = bodies.conduction.duplicate()
@@ -172,7 +206,7 @@ class Balance:
         """
         if not joins:
             return Meeting(reads, None, self._tangent_of_one)
-        wide = reads.widened(self._bodies.conduction)
+        wide = reads.widened(self.bodies.conduction)
         return Meeting(reads, wide, wide.duplicate())
 
     def under(self, meeting: Meeting, contact: Contact) -> Balance:
@@ -189,7 +223,7 @@ class Balance:
 
     def temperature(self, heat_state: Array) -> Array:
         """Temperature at all readings, K. Collective."""
-        return self._T_0 + self._meeting.reads.of(self._bodies.rise(heat_state))
+        return self._T_0 + self._meeting.reads.of(self.bodies.rise(heat_state))
 
     def stage(self, start: Array, dt: float, film: Film) -> tuple[Array, FilmStage]:
         """Heat state at the end of a stage of `dt` (s) from `start`, and its film. Collective.
@@ -197,19 +231,13 @@ class Balance:
         Raises NotConverged.
         """
         begin = self._begin(start, dt)
-        rise = begin.rise
-        evaluation = self._evaluated(begin, film, rise, film.log_height)
-        for _ in range(MOST_ITERATIONS):
-            if self._converged(begin, evaluation):
-                return self._kept(rise, evaluation.imbalance, dt), evaluation.answer.stage
-            tangent = self._tangent(begin, rise, evaluation.answer.slopes)
-            change = self._solver.solve(tangent, evaluation.imbalance)
-            rise, evaluation = self._along(begin, film, rise, change, evaluation)
-        raise NotConverged(NOT_FOUND)
+        first = self.guess(begin, film, begin.rise, film.log_height)
+        found, _ = balanced(first, MOST_ITERATIONS, FALLEN)
+        return self._kept(found.rise, found.imbalance, dt), found.answer.stage
 
     def _begin(self, start: Array, dt: float) -> Begin:
         """Constants of a stage, with the conduction at its start."""
-        bodies = self._bodies
+        bodies = self.bodies
         rise = bodies.rise(start)
         matrix, drawn = bodies.conducting(rise)
         matrix = self._meeting.conduction or matrix
@@ -217,64 +245,34 @@ class Balance:
         diagonal = np.array(self._own.array)
         return Begin(start, rise, bodies.capacity / dt, matrix, diagonal, self._heating - drawn)
 
-    def _along(
-        self, begin: Begin, film: Film, rise: Array, change: Array, before: Evaluation
-    ) -> tuple[Array, Evaluation]:
-        """Line search along a `change`, to a point where the slope of the convex function is small.
-
-        If the full change goes too far, secants and bisections alternate in the bracket of the zero
-        of the slope.
-        """
-        low, first = 0.0, self._dot(change, before.imbalance)
-        step_length, high, above, below = 1.0, np.inf, first, 0.0
-        for attempt in range(MOST_PLACES):
-            there = rise + step_length * change
-            evaluation = self._evaluated(begin, film, there, before.answer.stage.log_height)
-            slope = self._dot(change, evaluation.imbalance)
-            if slope >= -FALLEN * first and (step_length == 1.0 or slope <= FALLEN * first):
-                break
-            if slope < 0.0:
-                high, below = step_length, slope
-            else:
-                low, above = step_length, slope
-            part = above / (above - below) if attempt % 2 == 0 else 0.5
-            step_length = low + (high - low) * part
-        return there, evaluation
-
-    def _evaluated(self, begin: Begin, film: Film, rise: Array, near: Array) -> Evaluation:
+    def guess(self, begin: Begin, film: Film, rise: Array, near: Array) -> FilmsOnBodies:
+        """The films and the imbalance at a `rise` (K); near: first guess of ln h. Collective."""
         answer = self._contact.evaluate(film, self._T_0 + self._meeting.reads.of(rise), near)
         given = self._meeting.reads.given(answer.given) + begin.power
-        kept = begin.capacity * (self._bodies.heat_state(rise) - begin.heat_state)
-        return Evaluation(answer, given - kept - self._conducted(begin.conduction, rise))
-
-    def _converged(self, begin: Begin, evaluation: Evaluation) -> bool:
-        """Whether the imbalance warms no unknown by more than the agreement."""
-        off = np.abs(evaluation.imbalance / (begin.capacity + begin.diagonal)).max(initial=0.0)
-        most = self._bodies.comm.allreduce(off, op=MPI.MAX)
-        if np.isnan(most):
-            raise NotConverged(NOT_FOUND)
-        return bool(most <= CONVERGED * self._agreement)
+        taken = begin.capacity * (self.bodies.heat_state(rise) - begin.heat_state)
+        imbalance = given - taken - self._conducted(begin.conduction, rise)
+        return FilmsOnBodies(self, begin, film, rise, answer, imbalance)
 
     def _kept(self, rise: Array, imbalance: Array, dt: float) -> Array:
         """The heat state with the solver's residual spread evenly, so heat is conserved."""
         warmer = [
             one.warmed(left, dt)
-            for one, left in zip(self._bodies.equations, self._bodies.parts(imbalance), strict=True)
+            for one, left in zip(self.bodies.equations, self.bodies.parts(imbalance), strict=True)
         ]
-        return self._bodies.heat_state(rise) + np.concatenate(warmer)
-
-    def _tangent(self, begin: Begin, rise: Array, slopes: Array) -> PETSc.Mat:
-        """Matrix of capacity, conduction at a rise, and slopes of the films' heat."""
-        tangent = begin.conduction.copy(self._meeting.tangent, SAME)
-        self._own.array[:] = begin.capacity * self._bodies.steepness(rise) + begin.diagonal
-        tangent.setDiagonal(self._own)
-        self._meeting.reads.couple(tangent, slopes)
-        return tangent
+        return self.bodies.heat_state(rise) + np.concatenate(warmer)
 
     def _conducted(self, conduction: PETSc.Mat, rise: Array) -> Array:
         self._own.array[:] = rise
         conduction.mult(self._own, self._other)
         return np.asarray(self._other.array)
 
-    def _dot(self, one: Array, other: Array) -> float:
-        return self._bodies.total(float(one @ other))
+    def step(self, begin: Begin, rise: Array, slopes: Array, imbalance: Array) -> Array:
+        """Newton step (K) from a `rise` with these slopes of the films' heat. Collective.
+
+        Raises NotConverged.
+        """
+        tangent = begin.conduction.copy(self._meeting.tangent, SAME)
+        self._own.array[:] = begin.capacity * self.bodies.steepness(rise) + begin.diagonal
+        tangent.setDiagonal(self._own)
+        self._meeting.reads.couple(tangent, slopes)
+        return self._solver.solve(tangent, imbalance)

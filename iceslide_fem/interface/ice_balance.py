@@ -1,20 +1,21 @@
 """The heat balance between ice and contact points in an implicit stage.
 
-The heat from the points falls with the temperature below them, steeply where they melt. The
-equations are the gradient of a convex function. Newton's method with a line search finds its
-minimum; conjugate gradients solve each Newton step.
+`heat.newton` finds it; conjugate gradients solve each Newton step.
 """
 
 from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded
 from scipy.sparse.linalg import LinearOperator, cg
 
+from iceslide_fem.heat.newton import NOT_FOUND, balanced
 from iceslide_fem.interface.ice_modes import SurfaceConduction
 from iceslide_fem.interface.shared_points import SharedPoints
 from iceslide_fem.runtime.arrays import Array, Mask
@@ -43,9 +44,7 @@ def conjugate_gradients(
 # Tolerance of the balance, relative to the agreement of ice and film.
 BALANCED, MAX_ITERATIONS = 0.1, 60
 LINEAR_TOLERANCE, LINEAR_ITERATIONS = 1e-3, 500
-# Line search: largest final slope over the first one; number of trials.
-ENOUGH, SEARCH_TRIALS = 0.1, 12
-NOT_FOUND = "the melting part of the ice's surface is not found"
+ENOUGH = 0.1  # largest slope at the end of a line search over the first one
 
 
 class Balance(NamedTuple):
@@ -81,9 +80,79 @@ class Lines(NamedTuple):
         one, other = self.heat - self.fall * rise, self.other_heat - self.other_fall * rise
         return np.minimum(one, other), np.where(other < one, self.other_fall, self.fall)
 
-    def heat_at(self, rise: Array) -> Array:
-        """Heat (W) at a `rise` (K) above the reference."""
-        return np.minimum(self.heat - self.fall * rise, self.other_heat - self.other_fall * rise)
+
+@dataclass(frozen=True)
+class PointsOnIce:
+    """Temperatures (K) of nodes, and the rise (K) of points, whose heat the `lines` give.
+
+    takes: heat that the ice takes, W; heat, fall: of the points, W and W/K; target: largest
+    temperature (K) of an imbalance, after the first guess a fraction of the `agreement`; depends:
+    whether heat that depends on the temperature led here.
+    """
+
+    ice: SurfaceConduction
+    points: SharedPoints
+    lines: Lines
+    agreement: float
+    temperature: Array
+    takes: Array
+    rise: Array
+    heat: Array
+    fall: Array
+    target: float
+    depends: bool = False
+
+    @cached_property
+    def given(self) -> Array:
+        """Heat from the points to the nodes, W."""
+        return self.points.gives @ self.heat
+
+    @cached_property
+    def imbalance(self) -> Array:
+        """What the ice takes more than it is given, W."""
+        return self.takes - self.given
+
+    @cached_property
+    def residual(self) -> Array:
+        """Temperatures (K) that the imbalance makes."""
+        return self.ice.warmed(self.imbalance)
+
+    @property
+    def settled(self) -> bool:
+        """Whether the imbalance warms no node by more than the target."""
+        off = float(np.abs(self.residual).max(initial=0.0))
+        if not np.isfinite(off):
+            raise NotConverged(NOT_FOUND)
+        return off <= self.target
+
+    def change(self) -> Array:
+        """The Newton step (K) of the nodes."""
+        if not self.fall.any():
+            return -self.residual
+        return -_correction(self.ice, self.points.coupling(self.fall), self.imbalance)
+
+    def along(self, change: Array) -> tuple[float, Callable[[float], tuple[float, PointsOnIce]]]:
+        """Slope along a `change` (K), and slope and temperatures after a fraction of it."""
+        moved, more = self.points.reads @ change, self.ice.taken(change)
+        alone, growth = float(change @ self.takes), float(change @ more)
+        depends, target = self.depends or bool(self.fall.any()), BALANCED * self.agreement
+
+        def at(length: float) -> tuple[float, PointsOnIce]:
+            rise = self.rise + length * moved
+            heat, fall = self.lines.at(rise)
+            there = replace(
+                self,
+                temperature=self.temperature + length * change,
+                takes=self.takes + length * more,
+                rise=rise,
+                heat=heat,
+                fall=fall,
+                target=target,
+                depends=depends,
+            )
+            return alone + length * growth - float(moved @ heat), there
+
+        return float(change @ self.imbalance), at
 
 
 def balance(
@@ -94,33 +163,16 @@ def balance(
     The reference itself is the balance if all nodes agree within `agreement` (K). Otherwise the
     balance is found to a fraction of it. Raises NotConverged.
     """
-    temperature, depends, target = reference.ravel().copy(), False, agreement
-    takes = ice.taken(temperature - ice.offset)
-    rise, heat, fall = np.zeros(lines.heat.size), lines.heat, lines.fall
-    for changes in range(MAX_ITERATIONS):
-        given = points.gives @ heat
-        imbalance = takes - given
-        residual = ice.warmed(imbalance)
-        off = float(np.abs(residual).max(initial=0.0))
-        if off <= target:
-            shape = reference.shape
-            return Balance(temperature.reshape(shape), given.reshape(shape), depends, changes)
-        if not np.isfinite(off):
-            break
-        target = BALANCED * agreement
-        if fall.any():
-            depends = True
-            change = -_correction(ice, points.coupling(fall), imbalance)
-        else:
-            change = -residual
-        moved, more = points.reads @ change, ice.taken(change)
-        slopes = float(change @ imbalance), float(change @ takes), float(change @ more)
-        step_length = _search(lines, rise, moved, *slopes)
-        temperature += step_length * change
-        takes = takes + step_length * more
-        rise = rise + step_length * moved
-        heat, fall = lines.at(rise)
-    raise NotConverged(NOT_FOUND)
+    temperature = reference.ravel()
+    takes, rise = ice.taken(temperature - ice.offset), np.zeros(lines.heat.size)
+    first = PointsOnIce(
+        ice, points, lines, agreement, temperature, takes, rise, lines.heat, lines.fall, agreement
+    )
+    found, changes = balanced(first, MAX_ITERATIONS, ENOUGH)
+    shape = reference.shape
+    return Balance(
+        found.temperature.reshape(shape), found.given.reshape(shape), found.depends, changes
+    )
 
 
 def _correction(ice: SurfaceConduction, bands: Array, load: Array) -> Array:
@@ -152,35 +204,6 @@ def _correction(ice: SurfaceConduction, bands: Array, load: Array) -> Array:
     if not enough or not np.isfinite(found).all():
         raise NotConverged("the linear solver of the ice's temperature fails")
     return found
-
-
-def _search(
-    lines: Lines, rise: Array, moved: Array, first: float, alone: float, curvature: float
-) -> float:
-    """Line search: the fraction of a Newton step at which the slope is about zero.
-
-    The full step is taken unless it goes well past the minimum. Then points that melt stop melting,
-    and the next step would undo this one. The zero is found by false position (Illinois). first:
-    slope at the start, < 0; alone, curvature: slope there without the points, and its growth;
-    moved: change (K) of the points, whose rise is `rise`.
-    """
-    step_length, low, below, high, above = 1.0, 0.0, first, 1.0, 0.0
-    for trial in range(SEARCH_TRIALS):
-        slope = (
-            alone
-            + step_length * curvature
-            - float(moved @ lines.heat_at(rise + step_length * moved))
-        )
-        if (slope if trial == 0 else abs(slope)) <= -ENOUGH * first:
-            break
-        if trial == 0:
-            above = slope
-        elif slope > 0.0:
-            high, above, below = step_length, slope, 0.5 * below
-        else:
-            low, below, above = step_length, slope, 0.5 * above
-        step_length = low - below * (high - low) / (above - below)
-    return step_length
 
 
 # Tolerance (K) of the guess, and largest number of iterations. It need not converge.

@@ -12,7 +12,8 @@ from copy import copy
 import numpy as np
 
 from iceslide_fem.film.law import Film, FilmStage, Surface
-from iceslide_fem.interface.ice_balance import NOT_FOUND, Balance, Lines, balance, melting_guess
+from iceslide_fem.heat.newton import NOT_FOUND
+from iceslide_fem.interface.ice_balance import Balance, Lines, balance, melting_guess
 from iceslide_fem.interface.ice_modes import StageSurface, SurfaceConduction, SurfaceModes
 from iceslide_fem.interface.shared_points import SharedPoints
 from iceslide_fem.interface.surface_grid import Contacts, Placement, Recent, SurfaceGrid

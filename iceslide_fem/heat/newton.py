@@ -1,0 +1,73 @@
+"""Newton's method with a line search for the heat balance of films and bodies in a stage.
+
+The heat of a film falls with the temperature below it, steeply where it melts. The balance is
+therefore the minimum of a convex function, whose slope is what the bodies take less what the films
+give. Meshed ice (`balance`) and ice in modes (`interface.ice_balance`) share this method (M.
+Hintermueller, K. Ito, K. Kunisch, SIAM J. Optim. 13 (2003) 865: it is the primal-dual active set
+method where films only switch between two lines).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol, Self, TypeVar
+
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.errors import NotConverged
+
+MOST_TRIALS = 12  # of a line search
+NOT_FOUND = "the melting part of the ice's surface is not found"
+
+
+class Guess(Protocol):
+    """Temperatures, and the heat that films give and bodies take there."""
+
+    @property
+    def settled(self) -> bool:
+        """Whether they are the balance. Collective. Raises NotConverged if they are not finite."""
+
+    def change(self) -> Array:
+        """The Newton step. Collective. Raises NotConverged."""
+
+    def along(self, change: Array) -> tuple[float, Callable[[float], tuple[float, Self]]]:
+        """Slope of the convex function along a `change`, and both after a fraction of it.
+        Collective.
+        """
+
+
+Some = TypeVar("Some", bound=Guess)
+
+
+def balanced(guess: Some, most: int, enough: float) -> tuple[Some, int]:
+    """The balance, and the number of Newton steps to it, at most `most`.
+
+    enough: largest slope at the end of a line search over the first one. Collective. Raises
+    NotConverged.
+    """
+    for changes in range(most):
+        if guess.settled:
+            return guess, changes
+        guess = _searched(guess, enough)
+    raise NotConverged(NOT_FOUND)
+
+
+def _searched(guess: Some, enough: float) -> Some:
+    """The guess after a fraction of a Newton step at which the slope is about zero.
+
+    The full step is taken unless it goes well past the minimum. Then points that melt stop melting,
+    and the next step would undo this one. The zero is found by false position (Illinois).
+    """
+    first, at = guess.along(guess.change())
+    length, low, below, high, above = 1.0, 0.0, first, 1.0, 0.0
+    for trial in range(MOST_TRIALS):
+        slope, there = at(length)
+        if (slope if trial == 0 else abs(slope)) <= -enough * first:
+            return there
+        if trial == 0:
+            above = slope
+        elif slope > 0.0:
+            high, above, below = length, slope, 0.5 * below
+        else:
+            low, below, above = length, slope, 0.5 * above
+        length = low - below * (high - low) / (above - below)
+    return at(length)[1]
