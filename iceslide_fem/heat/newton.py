@@ -12,10 +12,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol, Self, TypeVar
 
+import numpy as np
+
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import NotConverged
 
-MOST_TRIALS = 12  # of a line search
+MOST_TRIALS = 16  # of a line search
 NOT_FOUND = "the melting part of the ice's surface is not found"
 
 
@@ -55,19 +57,19 @@ def _searched(guess: Some, enough: float) -> Some:
     """The guess after a fraction of a Newton step at which the slope is about zero.
 
     The full step is taken unless it goes well past the minimum. Then points that melt stop melting,
-    and the next step would undo this one. The zero is found by false position (Illinois).
+    and the next step would undo this one. Secants and bisections alternate in the bracket of the
+    zero, because the slope has kinks.
     """
     first, at = guess.along(guess.change())
-    length, low, below, high, above = 1.0, 0.0, first, 1.0, 0.0
+    length, low, below, high, above = 1.0, 0.0, first, np.inf, 0.0
     for trial in range(MOST_TRIALS):
         slope, there = at(length)
-        if (slope if trial == 0 else abs(slope)) <= -enough * first:
-            return there
-        if trial == 0:
-            above = slope
-        elif slope > 0.0:
-            high, above, below = length, slope, 0.5 * below
+        if slope <= -enough * first and (length == 1.0 or slope >= enough * first):
+            break
+        if slope > 0.0:
+            high, above = length, slope
         else:
-            low, below, above = length, slope, 0.5 * above
-        length = low - below * (high - low) / (above - below)
-    return at(length)[1]
+            low, below = length, slope
+        part = below / (below - above) if trial % 2 == 0 else 0.5
+        length = low + (high - low) * part
+    return there
