@@ -17,7 +17,7 @@ import numpy as np
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import NotConverged
 
-MOST_TRIALS = 16  # of a line search
+MOST_TRIALS = 30  # of a line search
 NOT_FOUND = "the melting part of the ice's surface is not found"
 
 
