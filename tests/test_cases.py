@@ -19,7 +19,7 @@ pytestmark = pytest.mark.fe
 CASES = Path(__file__).parent.parent / "cases"
 POINTS = ("friction_drum",)  # cases of a point alone
 SCRIPTS = sorted(path.stem for path in CASES.glob("*.py") if path.stem not in POINTS)
-SMALL = ["load.duration=0.2ms", "numerics.tolerance=1e-2", "numerics.refinement=0.25"]
+SMALL = ["load.duration=0.2ms", "numerics.tolerance=1e-2", "numerics.refinement=0.5"]
 SLICE = ["model=slice", *SMALL]
 # The wheel has an mpirun of its own, and does not work with another.
 MPIRUN = shutil.which("mpirun", path=Path(sys.executable).parent) or shutil.which("mpirun")

@@ -228,7 +228,7 @@ def test_constant_friction_over_continuum_ice_takes_the_steps_of_columns(tmp_pat
     """Points that begin to melt one after the other do not shorten steps: mu does not change."""
     changes = ["ice.heat=continuum", "load.pressure=3bar", "load.duration=0.2ms"]
     scene = load_scene(ROOT / "cases" / "laws" / "coulomb.toml", changes)
-    summary = run(scene, tmp_path, pictures=False)
+    summary = run(scene, tmp_path)
     assert summary["melt_onset_s"] is not None
     assert summary["mu_mean"] == pytest.approx(0.2, rel=1e-12)
     assert summary["rejected_steps"] == 0 and summary["steps"] <= 60

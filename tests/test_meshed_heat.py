@@ -5,7 +5,7 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
-from program import rows_of, run  # noqa: E402
+from program import rows_of, run
 
 pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 

@@ -404,7 +404,7 @@ def test_a_mesh_with_fewer_cells_than_ranks_runs(motion, tmp_path):
     WORLD.barrier()
     changes = ["model=slice", f"rubber.mesh={path / 'one.inp'}", "rubber.mesh_unit=mm"]
     changes += [f"ice.motion={motion}", "load.duration=0.2ms", "numerics.tolerance=0.02"]
-    summary = run(load_scene(CASE, changes), path / "out", pictures=False)
+    summary = run(load_scene(CASE, changes), path / "out")
     assert summary["mu_mean"] == pytest.approx(ONE_CELL_MU[motion], rel=1e-3)
     if WORLD.rank == 0:
         rows = (path / "out" / "history.csv").read_text().splitlines()

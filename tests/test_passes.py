@@ -159,7 +159,7 @@ def test_rows_of_blocks_are_passes_one_pitch_apart():
 
 def test_tables_of_a_run(tmp_path):
     """history.csv says which pass a row is of, passes.csv has a row for each."""
-    summary = run(scene(), tmp_path, pictures=False)
+    summary = run(scene(), tmp_path)
     history = rows_of(tmp_path / "history.csv")
     passes = rows_of(tmp_path / "passes.csv")
     assert [row["pass"] for row in passes] == ["1", "2", "3", "4"]

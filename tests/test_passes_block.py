@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from program import rows_of, run  # noqa: E402
+from program import rows_of, run
 
 pytest.importorskip("dolfinx")
 from slides import CASES, started  # noqa: E402
@@ -93,7 +93,7 @@ def test_a_run_goes_on_from_the_middle_of_a_pass():
 
 def test_tables_of_a_run(tmp_path):
     """history.csv counts rests, passes.csv has a row for each, the mean counts sliding alone."""
-    summary = run(scene(), tmp_path, pictures=False)
+    summary = run(scene(), tmp_path)
     history = rows_of(tmp_path / "history.csv")
     found = rows_of(tmp_path / "passes.csv")
     assert [row["pass"] for row in found] == ["1", "2", "3"]

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from program import rows_of, run  # noqa: E402
+from program import rows_of, run
 
 pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 from slides import CASES, slide, started  # noqa: E402

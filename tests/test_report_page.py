@@ -15,11 +15,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from program import exit_code
+from program import exit_code, rows_of
 
 pytest.importorskip("iceslide_fem.fenics.compat")  # the outputs' writers need it
 
-from program import rows_of  # noqa: E402
 from runs import a_scene, write_run  # noqa: E402
 from written_fields import write_fields  # noqa: E402
 

@@ -79,11 +79,11 @@ def shared(tmp_path_factory):
     comm.Barrier()
 
 
-def stopped_after(rows, scene, out):
+def stopped_after(rows, scene, out, **how):
     """The checkpoint of a run of `scene` that is asked to stop after so many rows."""
     left = iter(range(rows - 1, -1, -1))
     with pytest.raises(Interrupted, match="stopped by the caller's progress function"):
-        run(scene, out, progress=lambda row: next(left) > 0)
+        run(scene, out, progress=lambda row: next(left) > 0, **how)
     return read_checkpoint(out)
 
 
@@ -141,7 +141,8 @@ RELAXES = ["rubber.prony=[[0.2,'0.2 ms'],[0.3,'5 ms']]", "rubber.modulus_is=long
 def test_a_run_that_goes_on_gives_the_same_curve(changes, shared):
     scene = small_scene(*changes)
     whole = run(scene, shared / "whole")
-    checkpoint = stopped_after(22, scene, shared / "parts")
+    # early: new factors take other iterations, which may lead to other steps
+    checkpoint = stopped_after(12, scene, shared / "parts")
     assert 0.0 < checkpoint.state["sliding"]["time"] < scene.load.duration
     parts = run(scene, shared / "parts", resumed=checkpoint)
     MPI.COMM_WORLD.Barrier()  # rank 0 writes the summary and removes the checkpoint
@@ -149,8 +150,11 @@ def test_a_run_that_goes_on_gives_the_same_curve(changes, shared):
     for name, one, two in zip(
         columns, curves(shared / "whole", *columns), curves(shared / "parts", *columns), strict=True
     ):
-        # other factors lead to other steps, each within the tolerance of 1e-2
-        assert np.abs(two - one).max() <= 5e-3 * np.abs(one).max(), name
+        # with inertia steps differ, each within the tolerance
+        share = 5e-3 if scene.rubber.inertia else 1e-3
+        if name == "elastic_energy_J":  # it is that of 1e-7 m, which other factors leave otherwise
+            share = max(share, 2e-3)
+        assert np.abs(two - one).max() <= share * np.abs(one).max(), name
     assert parts["steps"] == pytest.approx(whole["steps"], rel=0.1)
     assert abs(parts["energy_imbalance"]) < 1e-2
     if scene.rubber.cuts:  # its walls press on each other from before to after the stop
@@ -256,12 +260,12 @@ def test_a_forged_checkpoint_is_one_sentence(change, tmp_path):
 
 def test_a_checkpoint_without_its_state_is_one_sentence(tmp_path):
     scene = small_scene("load.duration=1ms")
-    state = stopped_after(14, scene, tmp_path).state
+    state = stopped_after(14, scene, tmp_path, pictures=True).state
     del state["ledger"]
     write_checkpoint(tmp_path, scene, state)
     forged = read_checkpoint(tmp_path)
     before = contents(tmp_path)
-    assert {"history.csv", "summary.json"} <= set(before)
+    assert {"history.csv", "summary.json", "report.png"} <= set(before)
     with pytest.raises(SceneError, match="does not hold what a run writes"):
         run(scene, tmp_path, resumed=forged)
     assert contents(tmp_path) == before

@@ -12,7 +12,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from program import rows_of, run  # noqa: E402
+from program import rows_of, run
 
 pytest.importorskip("dolfinx")
 from slides import CASES, quarrelling, refusal, slide, started, thesis, turned, uniform  # noqa: E402

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from program import rows_of, run  # noqa: E402
+from program import rows_of, run
 
 pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 from slides import started  # noqa: E402
@@ -116,7 +116,7 @@ def test_a_run_goes_on_between_two_passes(begun):
 
 def test_tables_of_a_run(tmp_path):
     """Energies and water count from the start of each pass, and every one closes."""
-    run(scene("keep", passes=3), tmp_path, pictures=False)
+    run(scene("keep", passes=3), tmp_path)
     history = rows_of(tmp_path / "history.csv")
     passes = rows_of(tmp_path / "passes.csv")
     assert [row["pass"] for row in passes] == ["1", "2", "3"]

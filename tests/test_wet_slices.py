@@ -102,16 +102,16 @@ def ledger_of(wet):
 @pytest.mark.parametrize("share", [1.0, 0.5])
 @pytest.mark.parametrize("stores", [True, False])
 def test_the_ledger_of_water_closes(stores, share):
-    wet = scene("on ice", "20 um", sipes=SMALL, stores_water=stores)
+    wet = scene("on ice", "20 um", duration=2e-3, sipes=SMALL, stores_water=stores)
     film = wet.film.model_copy(update={"water_speed": share})
     row = ledger_of(wet.model_copy(update={"film": film}))
     assert row["water_left_m3"] > 0.0 and row["water_pushed_out_m3"] > 0.0
     at_first = ledger_of(
         wet.model_copy(update={"load": wet.load.model_copy(update={"duration": 1e-9})})
     )
-    ice_passed = 8e-3 * 20e-6 * 6.0 * 1e-3
+    ice_passed = 8e-3 * 20e-6 * 6.0 * 2e-3
     came = row["water_brought_m3"] - at_first["water_brought_m3"]
-    assert came == pytest.approx(ice_passed, rel=0.04)  # within a cell
+    assert came == pytest.approx(ice_passed, rel=0.02)  # within a cell
 
 
 @pytest.mark.parametrize("heat", ["column", "continuum"])

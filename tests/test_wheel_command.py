@@ -205,6 +205,7 @@ def test_a_car_that_brakes(tmp_path):
     assert sorted(distances) == distances and distances[0] > 1.0
     assert (out / "stops.png").stat().st_size > 10_000
     assert (out / "stops.csv").read_text(encoding="utf-8").startswith("control,time_s")
+    assert wheel(*given, "--end-speed", "14km/h", "--out", out) == 0  # a repeat
     assert wheel(*given, "--end-speed", "15km/h", "--out", out) == 2
     assert wheel(*given[:-1], "--out", out, "--force") == 0
     assert not list(out.glob("stops.*"))

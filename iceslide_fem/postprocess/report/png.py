@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import AutoLocator, LogFormatter, MaxNLocator
+from matplotlib.ticker import LogFormatter
 
 from iceslide_fem.postprocess.report.page import Chart, HeatMap
 
 DPI = 120
-TICKS, STEPS = 5, (1, 2, 2.5, 5, 10)  # of an axis: ticks take most of the time of a picture
+TICKS = 5  # intervals of an axis: ticks take most of the time of a picture
 PANEL = 6.2, 4.6  # inches
 COLOURS = ("#0072B2", "#B34700", "#00795A", "#7A4A9E", "#444444", "#8A6100")  # as on a page
 STROKES = ("-", "--", ":", "-.", (0, (8, 3)), (0, (8, 3, 1, 3)))
@@ -30,13 +30,10 @@ def save_png(parts: Sequence[Chart | HeatMap], path: Path, title: str = "") -> N
     """Write `parts` as panels of one picture with a `title`. Raises OSError."""
     figure = figure_of(parts)
     figure.suptitle(title, fontsize=13)
-    for panel in figure.axes:
-        for axis in (panel.xaxis, panel.yaxis):
-            if isinstance(axis.get_major_locator(), AutoLocator):
-                axis.set_major_locator(MaxNLocator(TICKS, steps=STEPS))
-    if (layout := figure.get_layout_engine()) is not None:
-        layout.execute(figure)  # once: saving does it twice
-        figure.set_layout_engine("none")
+    layout = figure.get_layout_engine()
+    assert layout is not None  # that of `figure_of`
+    layout.execute(figure)  # once: saving does it twice
+    figure.set_layout_engine("none")
     figure.savefig(path, dpi=DPI, pil_kwargs={"compress_level": 1})
 
 
@@ -49,6 +46,7 @@ def figure_of(parts: Sequence[Chart | HeatMap]) -> Figure:
     for panel, part in zip(panels, parts, strict=False):
         panel.set(xlabel=part.x, ylabel=part.y)
         panel.set_title(part.title, fontsize=11)
+        panel.locator_params(nbins=TICKS)
         if isinstance(part, HeatMap):
             _map(panel, part)
         else:
