@@ -5,6 +5,9 @@ import numpy as np
 import pytest
 
 from iceslide_fem.mesh import gmsh_model
+from iceslide_fem.mesh.ice import ice_lines, tagged_ice
+from iceslide_fem.mesh.ice_body import ice_body
+from iceslide_fem.mesh.rubber import tagged_rubber
 
 
 def as_meshio(tagged):
@@ -94,3 +97,16 @@ WRITERS = {
     ".inp": write_inp,
     ".xdmf": write_xdmf,
 }
+
+
+def write_mesh(scene, folder):
+    """Write the scene's rubber and ice meshes as gmsh files; returns their paths."""
+    folder.mkdir(parents=True, exist_ok=True)
+    on_mesh = scene.ice.heat == "mesh"
+    ice = ice_body(scene) if on_mesh else tagged_ice(ice_lines(scene), scene.ice.stack)
+    meshes = {"rubber": tagged_rubber(scene), "ice": ice}
+    paths = []
+    for kind, tagged in meshes.items():
+        paths.append(folder / f"{scene.name}_{kind}.msh")
+        gmsh_model.save(tagged, paths[-1])
+    return paths

@@ -12,14 +12,13 @@ pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 
 import ufl  # noqa: E402
 from dolfinx import fem  # noqa: E402
-from mesh_writers import WRITERS  # noqa: E402
+from mesh_writers import WRITERS, write_mesh  # noqa: E402
 from mpi4py import MPI  # noqa: E402
 
 from iceslide_fem.fenics import compat  # noqa: E402
 from iceslide_fem.film.ice_heat import Column  # noqa: E402
 from iceslide_fem.heat.elements import LayeredElements  # noqa: E402
 from iceslide_fem.mesh import gmsh_model  # noqa: E402
-from iceslide_fem.mesh.files import write_mesh  # noqa: E402
 from iceslide_fem.mesh.grid import tensor_grid  # noqa: E402
 from iceslide_fem.mesh.ice import patch_lines, window_lines  # noqa: E402
 from iceslide_fem.mesh.ice_body import (  # noqa: E402

@@ -10,12 +10,13 @@ pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 
 import ufl  # noqa: E402
 from dolfinx import fem  # noqa: E402
+from mesh_writers import write_mesh  # noqa: E402
 from mpi4py import MPI  # noqa: E402
 from program import run  # noqa: E402
 
 from iceslide_fem.fenics import compat  # noqa: E402
 from iceslide_fem.film.ice_heat import Column  # noqa: E402
-from iceslide_fem.mesh import box, files, gmsh_model  # noqa: E402
+from iceslide_fem.mesh import box, gmsh_model  # noqa: E402
 from iceslide_fem.mesh import ice as ice_meshing
 from iceslide_fem.mesh import rubber as rubber_meshing
 from iceslide_fem.mesh.gmsh_model import owners  # noqa: E402
@@ -249,7 +250,7 @@ def test_ice_footprint_can_be_given():
 
 
 def test_meshes_are_written_on_request(tmp_path):
-    paths = files.write_mesh(a_scene("block"), tmp_path / "meshes")
+    paths = write_mesh(a_scene("block"), tmp_path / "meshes")
     assert [path.name for path in paths] == ["a-scene_rubber.msh", "a-scene_ice.msh"]
     written = gmsh_model.load(rubber_file(paths[0], 3))
     assert len(written.cells) == 18 * 4 * 6

@@ -39,7 +39,6 @@ from iceslide_fem.runs.checkpoint import (
     write_checkpoint,
 )
 from iceslide_fem.runs.interruption import Interruption
-from iceslide_fem.runs.observation import Observation, Observer
 from iceslide_fem.runs.observers import (
     Checkpoints,
     FieldSeries,
@@ -50,7 +49,7 @@ from iceslide_fem.runs.observers import (
     Tell,
     Watch,
 )
-from iceslide_fem.runs.pace import Pace, TimeLimit
+from iceslide_fem.runs.pace import Observation, Observer, Pace, TimeLimit
 from iceslide_fem.runs.schedule import Schedule
 from iceslide_fem.runs.summary import Results
 from iceslide_fem.runtime.errors import Interrupted, OutputError, SceneError, SimulationStopped

@@ -18,8 +18,7 @@ from iceslide_fem.output.summary import Log
 from iceslide_fem.output.table import PassRow, Table
 from iceslide_fem.runs.checkpoint import write_checkpoint
 from iceslide_fem.runs.interruption import Interruption
-from iceslide_fem.runs.observation import Observation
-from iceslide_fem.runs.pace import TimeLimit
+from iceslide_fem.runs.pace import Observation, TimeLimit
 from iceslide_fem.runs.schedule import FieldTimes, Saves, Schedule
 from iceslide_fem.runs.summary import Results
 from iceslide_fem.runtime.errors import SimulationStopped

@@ -11,7 +11,7 @@ from scipy.integrate import trapezoid
 from iceslide_fem.film.doubts import doubts
 from iceslide_fem.output.history import outside_table, thinnest_film
 from iceslide_fem.rubber.failure import FOLDED, TIPPED
-from iceslide_fem.runs.observation import Observation
+from iceslide_fem.runs.pace import Observation
 
 # Thresholds of warnings in the summary.
 LARGEST_IMBALANCE = 0.01  # error of the energy balance over the friction work

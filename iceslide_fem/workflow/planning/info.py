@@ -16,9 +16,8 @@ from iceslide_fem.scene.contact_table import ContactTable
 from iceslide_fem.scene.course import SAMPLED
 from iceslide_fem.scene.materials import BAR
 from iceslide_fem.workflow.planning.cost import estimate
-from iceslide_fem.workflow.planning.passes import describe_passes
+from iceslide_fem.workflow.planning.passes import Row, describe_passes
 from iceslide_fem.workflow.planning.regime import aged_contact, regime, relaxation_rows
-from iceslide_fem.workflow.planning.row import Row
 
 # Largest sqrt(alpha t) over the contact's shortest side for which columns of ice suffice. At 0.09
 # columns change the mean mu by 0.8 %, and cold ice beside the contact changes it by 2.7 % (slice of

@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from iceslide_fem.film.conditions import exposure, scene_passes
 from iceslide_fem.runs.point import point_history
 from iceslide_fem.runtime.units import ZERO_CELSIUS, readable
 from iceslide_fem.scene import Scene
-from iceslide_fem.workflow.planning.row import Row
+
+
+class Row(NamedTuple):
+    """One line of the table: group, name, value with unit, and meaning."""
+
+    group: str
+    quantity: str
+    value: str
+    meaning: str
+
 
 _BETWEEN = {
     "freeze": "between them water freezes as far as the rest lets it",

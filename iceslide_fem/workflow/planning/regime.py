@@ -15,7 +15,7 @@ from iceslide_fem.runtime.units import ZERO_CELSIUS, readable
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.shear_strength import ShearStrength
 from iceslide_fem.workflow.planning.cost import point_rows
-from iceslide_fem.workflow.planning.row import Row
+from iceslide_fem.workflow.planning.passes import Row
 
 
 def aged_contact(scene: Scene) -> list[Row]:
