@@ -181,7 +181,6 @@ def test_no_run_in_a_folder(tmp_path):
 
 
 @pytest.mark.fe
-@pytest.mark.once
 def test_a_slice_is_a_dataset_with_its_fields(tmp_path):
     pytest.importorskip("iceslide_fem.fenics.compat")
     small = {"model": "slice", "numerics.refinement": 0.5, "numerics.tolerance": 1e-2}

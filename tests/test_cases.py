@@ -15,7 +15,7 @@ pytest.importorskip("iceslide_fem.fenics.compat")
 from iceslide_fem.postprocess.results import field_files, read_run  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 
-pytestmark = pytest.mark.fe
+pytestmark = [pytest.mark.fe, pytest.mark.versions]
 CASES = Path(__file__).parent.parent / "cases"
 POINTS = ("friction_drum",)  # cases of a point alone
 SCRIPTS = sorted(path.stem for path in CASES.glob("*.py") if path.stem not in POINTS)

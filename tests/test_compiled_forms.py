@@ -8,7 +8,7 @@ import pytest
 
 pytest.importorskip("iceslide_fem.fenics.compat")
 
-pytestmark = pytest.mark.fe
+pytestmark = [pytest.mark.fe, pytest.mark.versions]
 
 SMALL_PROGRAM = """
 from iceslide_fem.fenics.compat import MPI, form, scalar_space, ufl

@@ -24,7 +24,7 @@ from iceslide_fem.rubber.contact_surface import contact_surface  # noqa: E402
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody  # noqa: E402
 from iceslide_fem.scene.materials import COMPOUNDS, CONTACT_TABLES, WATER_VISCOSITY  # noqa: E402
 
-pytestmark = [pytest.mark.fe, pytest.mark.mpi, pytest.mark.quick]
+pytestmark = [pytest.mark.fe, pytest.mark.mpi, pytest.mark.quick, pytest.mark.versions]
 
 DEGREE = 4
 PENALTY = 2e9  # Pa/m

@@ -14,7 +14,7 @@ from iceslide_fem.runs.point import point_history  # noqa: E402
 from iceslide_fem.scene import scene_from_dict  # noqa: E402
 from iceslide_fem.scene.materials import COMPOUNDS  # noqa: E402
 
-pytestmark = [pytest.mark.fe, pytest.mark.once]
+pytestmark = pytest.mark.fe
 
 FRAMES = {
     "attached": {"ice": {"motion": "attached"}},

@@ -35,7 +35,7 @@ from iceslide_fem.workflow.planning.cost import estimate, expected_steps, step_s
 from iceslide_fem.workflow.planning.doubts import expected  # noqa: E402
 from iceslide_fem.workflow.planning.info import covered_load, describe  # noqa: E402
 
-pytestmark = [pytest.mark.fe, pytest.mark.once]
+pytestmark = pytest.mark.fe
 ROOT = Path(__file__).parent.parent
 # Runs of thesis_1bar, all 7 ms: model, ice, tolerance, unknowns of both, steps, CPU seconds, MB
 MEASURED = [

@@ -80,7 +80,6 @@ def test_columns_of_laws_are_described():
 
 
 @pytest.mark.fe
-@pytest.mark.once
 def test_every_entry_of_a_summary_is_described(tmp_path):
     pytest.importorskip("sphinx")
     pytest.importorskip("iceslide_fem.fenics.compat")

@@ -15,7 +15,7 @@ from petsc4py import PETSc  # noqa: E402
 
 from iceslide_fem.fenics import compat  # noqa: E402
 
-pytestmark = [pytest.mark.fe, pytest.mark.mpi]
+pytestmark = [pytest.mark.fe, pytest.mark.mpi, pytest.mark.versions]
 
 WORLD = MPI.COMM_WORLD
 CELLS = ["triangle", "quadrilateral", "tetrahedron", "hexahedron"]

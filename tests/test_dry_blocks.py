@@ -12,7 +12,7 @@ from program import run  # noqa: E402
 from iceslide_fem.postprocess.results import read_run  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 
-pytestmark = [pytest.mark.fe, pytest.mark.once]
+pytestmark = pytest.mark.fe
 
 CASE = Path(__file__).parent.parent / "cases" / "user_mesh.toml"
 SHORT = ["film.initial_height=0nm", "numerics.tolerance=1e-2", "load.duration=0.3ms"]

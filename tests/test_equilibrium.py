@@ -19,7 +19,7 @@ from iceslide_fem.rubber.newton import Newton  # noqa: E402
 from iceslide_fem.runtime.errors import NotConverged, SceneError  # noqa: E402
 from iceslide_fem.scene.materials import BAR, COMPOUNDS  # noqa: E402
 
-pytestmark = [pytest.mark.fe, pytest.mark.mpi]
+pytestmark = [pytest.mark.fe, pytest.mark.mpi, pytest.mark.versions]
 
 B = COMPOUNDS["B"]
 PENALTY = 100 * B.youngs_modulus / SIZE

@@ -67,7 +67,6 @@ PASSES = (
 )  # fmt: skip
 
 
-@pytest.mark.once
 @pytest.mark.parametrize("motion", [STAYS, PASSES], ids=["attached", "passing"])
 def test_both_ledgers_close_and_rubber_takes_what_columns_take(motion):
     run = *motion, "numerics.tolerance=1e-2"
@@ -97,7 +96,6 @@ def test_the_same_friction_and_heat_of_both_on_any_number_of_ranks(motion):
         assert curves[0] == pytest.approx(curves[1], rel=1e-4)
 
 
-@pytest.mark.once
 def test_a_plate_that_is_held_takes_heat_that_an_insulated_one_keeps():
     thin = "rubber.height=20um", "rubber.length=0.4mm", "load.duration=3ms"
     heats = []
@@ -173,7 +171,6 @@ def test_a_steady_layer_whose_conductivity_falls_meets_its_integral():
     assert 2.32 * warm - 0.5 * 0.01 * warm**2 == pytest.approx(flux * 1e-3, rel=2e-4)
 
 
-@pytest.mark.once
 def test_ice_keeps_all_heat_that_it_is_given_whatever_its_capacity():
     rows = [f"ice.{key}={[list(row) for row in table]}" for key, table in
             (("conductivity", CONDUCTIVITY), ("heat_capacity", HEAT_CAPACITY))]  # fmt: skip
@@ -188,7 +185,6 @@ def test_ice_keeps_all_heat_that_it_is_given_whatever_its_capacity():
     assert found == pytest.approx(ledger.ice_heat, rel=1e-9)
 
 
-@pytest.mark.once
 def test_constant_rows_are_a_number():
     rows = 'ice.conductivity=[["-20 degC","2.25 W/m/K"],["0 degC","2.25 W/m/K"]]'
     short = "ice.heat=mesh", "load.duration=0.5ms", "numerics.tolerance=1e-2"

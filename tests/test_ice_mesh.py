@@ -37,7 +37,7 @@ from iceslide_fem.workflow.planning.cost import estimate  # noqa: E402
 from iceslide_fem.workflow.planning.info import describe  # noqa: E402
 from iceslide_fem.workflow.planning.mesh_picture import draw_mesh  # noqa: E402
 
-pytestmark = pytest.mark.fe
+pytestmark = [pytest.mark.fe, pytest.mark.versions]
 ROOT = Path(__file__).parent.parent
 WORLD = MPI.COMM_WORLD
 

@@ -103,7 +103,6 @@ def test_every_level_is_a_valid_scene():
 
 
 @pytest.mark.fe
-@pytest.mark.once
 def test_ladder_says_which_level_is_enough_and_writes_it(tmp_path, capsys):
     pytest.importorskip("iceslide_fem.fenics.compat")
     from iceslide_fem.cli import main
@@ -131,7 +130,6 @@ def test_ladder_says_which_level_is_enough_and_writes_it(tmp_path, capsys):
 
 
 @pytest.mark.fe
-@pytest.mark.once
 def test_a_written_scene_finds_its_files_from_elsewhere(tmp_path, monkeypatch):
     """Rows of a load are a file beside the scene, and the folder of the result is another one."""
     from iceslide_fem.workflow.ladder.runs import write_scene
@@ -149,7 +147,6 @@ def test_a_written_scene_finds_its_files_from_elsewhere(tmp_path, monkeypatch):
 
 
 @pytest.mark.fe
-@pytest.mark.once
 def test_auto_runs_what_it_says(tmp_path):
     pytest.importorskip("iceslide_fem.fenics.compat")
     from iceslide_fem.simulate import run

@@ -14,7 +14,7 @@ from iceslide_fem.coupling.restart import checkpoint_tables, resumed  # noqa: E4
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.rubber.block import build_block  # noqa: E402
 
-pytestmark = [pytest.mark.fe, pytest.mark.once]
+pytestmark = pytest.mark.fe
 
 NUMERICS = {"refinement": 0.5, "tolerance": 1e-2}
 SLOWS = [["0 ms", "3 m/s"], ["0.2 ms", "3 m/s"], ["0.6 ms", "1 m/s"]]

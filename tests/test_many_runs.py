@@ -19,7 +19,7 @@ from iceslide_fem.runtime.errors import Interrupted, SceneError  # noqa: E402
 from iceslide_fem.runtime.launch import environment_of_one, module_words  # noqa: E402
 from iceslide_fem.scene import as_toml  # noqa: E402
 
-pytestmark = [pytest.mark.fe, pytest.mark.once]
+pytestmark = pytest.mark.fe
 SHORT = {"model": "slice", "load.duration": "0.05 ms", "output.times": 1}
 SHORT |= {"numerics.refinement": 0.5, "numerics.tolerance": 1e-2}
 RESIDENT = Path("/proc/self/statm")

@@ -23,7 +23,7 @@ from iceslide_fem.runtime.errors import SceneError  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 from iceslide_fem.scene.fingerprint import scene_hash  # noqa: E402
 
-pytestmark = pytest.mark.fe
+pytestmark = [pytest.mark.fe, pytest.mark.versions]
 ROOT = Path(__file__).parent.parent
 
 

@@ -38,7 +38,7 @@ from iceslide_fem.scene import load_scene  # noqa: E402
 from iceslide_fem.scene.materials import ICE, Layer, Solid  # noqa: E402
 from iceslide_fem.scene.thermal_layers import layers, stacked_layers  # noqa: E402
 
-pytestmark = pytest.mark.fe
+pytestmark = [pytest.mark.fe, pytest.mark.versions]
 CASES = Path(__file__).parent.parent / "cases"
 WORLD = MPI.COMM_WORLD
 T_0, DURATION, FLUX = 269.15, 7e-3, 1e5
@@ -327,7 +327,6 @@ SLIDES = {
 }
 
 
-@pytest.mark.once
 @pytest.mark.parametrize("model", SLIDES)
 def test_heat_of_a_slide_is_in_the_ice_within_its_temperatures(model):
     """Also while some of its surface melts. The ledger counts the whole block."""
@@ -361,7 +360,6 @@ def differences(scenes, comm):
     return np.abs(one / other - 1.0).max()
 
 
-@pytest.mark.once
 @pytest.mark.parametrize(
     ("case", "changes", "most"),
     [

@@ -18,7 +18,7 @@ from iceslide_fem.mesh.ice import tagged_ice  # noqa: E402
 from iceslide_fem.mesh.ice_body import upright  # noqa: E402
 from iceslide_fem.scene.materials import ICE, Layer  # noqa: E402
 
-pytestmark = [pytest.mark.fe, pytest.mark.once]
+pytestmark = pytest.mark.fe
 RESIDENT = Path("/proc/self/statm")
 
 

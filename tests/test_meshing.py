@@ -36,7 +36,7 @@ SPEEDS = Course((), (3.0,), 7e-3)
 HALF_SPACE = Layer("ice", np.inf, ICE)
 CASE = Path(__file__).parent.parent / "cases" / "thesis_1bar.toml"
 
-pytestmark = pytest.mark.fe
+pytestmark = [pytest.mark.fe, pytest.mark.versions]
 
 ROOT = Path(__file__).parent.parent
 WORLD = MPI.COMM_WORLD

@@ -9,7 +9,7 @@ jupytext = pytest.importorskip("jupytext", reason="scripts/setup --docs installs
 nbclient = pytest.importorskip("nbclient", reason="scripts/setup --docs installs it")
 nbformat = pytest.importorskip("nbformat")
 
-pytestmark = [pytest.mark.fe, pytest.mark.once]
+pytestmark = pytest.mark.fe
 ROOT = Path(__file__).parent.parent
 PAGES = sorted(path for path in (ROOT / "docs/tutorials").glob("*.md") if path.stem != "index")
 

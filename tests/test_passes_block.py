@@ -15,7 +15,7 @@ from iceslide_fem.runtime.errors import SceneError  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 from iceslide_fem.scene.materials import MELTING_ENTHALPY  # noqa: E402
 
-pytestmark = [pytest.mark.fe, pytest.mark.once]
+pytestmark = pytest.mark.fe
 REST, FIRST = 0.0495, 70e-9  # s, m
 
 

@@ -32,7 +32,7 @@ from iceslide_fem.runtime.errors import NotConverged  # noqa: E402
 from iceslide_fem.scene import load_scene, scene_from_dict  # noqa: E402
 from iceslide_fem.scene.materials import CONTACT_TABLES  # noqa: E402
 
-pytestmark = [pytest.mark.fe, pytest.mark.once]
+pytestmark = pytest.mark.fe
 T_0 = 269.15
 
 

@@ -8,7 +8,7 @@ import pytest
 from test_restart import ENVIRONMENT, under_mpi
 
 pytest.importorskip("iceslide_fem.fenics.compat")
-pytestmark = [pytest.mark.fe, pytest.mark.once]
+pytestmark = pytest.mark.fe
 
 HEAD = """
 import pytest

@@ -8,7 +8,7 @@ import pytest
 from test_restart import CASE, ENVIRONMENT, SMALL, begin, under_mpi
 
 pytest.importorskip("iceslide_fem.fenics.compat")
-pytestmark = [pytest.mark.fe, pytest.mark.once]
+pytestmark = pytest.mark.fe
 
 # Called with the rank that fails and what: replaces a function by one that fails there.
 HEAD = """

@@ -136,7 +136,6 @@ def test_what_freezes_rubs_dry_and_begins_without_water():
 
 
 @pytest.mark.fe
-@pytest.mark.once
 def test_water_left_behind_a_block_gives_its_heat_to_the_ice():
     pytest.importorskip("dolfinx")
     from slides import slide, thesis

@@ -11,7 +11,7 @@ from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 
-pytestmark = [pytest.mark.fe, pytest.mark.once]
+pytestmark = pytest.mark.fe
 WORLD = MPI.COMM_WORLD
 ARMS = "rubber.prony=[[0.2, '0.2 ms'], [0.3, '2 ms']]"
 INSTANTANEOUS, LONG_TERM = "rubber.modulus_is=instantaneous", "rubber.modulus_is=long-term"
@@ -38,7 +38,6 @@ class Constant:
 '''
 
 
-@pytest.mark.once
 def test_a_flat_block_creeps_as_the_closed_form(tmp_path):
     """Sheared by a constant stress, its foot goes as J(t), far from its ends."""
     (tmp_path / "constant.py").write_text(CONSTANT, encoding="utf-8")
@@ -65,7 +64,6 @@ def test_the_same_on_any_number_of_ranks():
         assert together[name][-1] == pytest.approx(alone[name][-1], rel=1e-5)
 
 
-@pytest.mark.once
 @pytest.mark.parametrize(("tau", "modulus"), [("1e-12 s", LONG_TERM), ("1e9 s", INSTANTANEOUS)])
 def test_arms_that_relax_at_once_or_never_are_elastic(tau, modulus):
     """At once: but for t = 0, when the block is as stiff as it ever is."""
@@ -76,7 +74,6 @@ def test_arms_that_relax_at_once_or_never_are_elastic(tau, modulus):
     np.testing.assert_allclose(mu, due, rtol=3e-3)
 
 
-@pytest.mark.once
 @pytest.mark.parametrize(
     "more", [[], ["rubber.inertia=true", "load.duration=0.2ms"]], ids=["", "inertia"]
 )
@@ -90,7 +87,6 @@ def test_energies_close_and_rubber_makes_heat(more):
     assert abs(ledger.imbalance) < 3e-4
 
 
-@pytest.mark.once
 def test_its_heat_stays_in_its_mesh():
     sliding = started(scene(ARMS, LONG_TERM, "ice.heat=mesh", "rubber.heat=mesh"))
     ledger = Ledger(sliding)
@@ -102,7 +98,6 @@ def test_its_heat_stays_in_its_mesh():
     assert kept - ledger.rubber_heat > 0.0
 
 
-@pytest.mark.once
 def test_closer_tolerances_come_closer():
     """Mean mu, against that at a tolerance of 1e-4."""
     means = {}
@@ -114,7 +109,6 @@ def test_closer_tolerances_come_closer():
     assert abs(means[1e-3] / means[1e-4] - 1.0) < 1e-3
 
 
-@pytest.mark.once
 def test_walls_that_meet_and_rub_do_so_while_lugs_relax():
     sipe = (
         "rubber.length=4mm", "rubber.height=3mm", "rubber.wall_friction=0.3",
@@ -128,7 +122,6 @@ def test_walls_that_meet_and_rub_do_so_while_lugs_relax():
     assert abs(ledger.imbalance) < 1e-3
 
 
-@pytest.mark.once
 def test_a_pass_begins_with_rubber_that_has_recovered():
     sliding = started(scene(ARMS, LONG_TERM, "load.passes=2", "load.period=50ms"))
     first = sliding.current.relaxed

@@ -41,7 +41,7 @@ from iceslide_fem.runtime.errors import Interrupted, OutputError, SceneError  # 
 from iceslide_fem.runtime.files import replace_file  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 
-pytestmark = [pytest.mark.fe, pytest.mark.once]
+pytestmark = pytest.mark.fe
 
 # Python's own copy of the environment: MPI, started in this process, adds to the system's.
 ENVIRONMENT = os.environ | {

@@ -21,7 +21,7 @@ from iceslide_fem.rubber.element import SPLIT, WHOLE, energy_density  # noqa: E4
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody  # noqa: E402
 from iceslide_fem.scene.materials import COMPOUNDS, MooneyRivlin  # noqa: E402
 
-pytestmark = [pytest.mark.fe, pytest.mark.mpi]
+pytestmark = [pytest.mark.fe, pytest.mark.mpi, pytest.mark.versions]
 
 B = COMPOUNDS["B"]
 STIFF = MooneyRivlin(B.C10, B.C01, 1e-5 * B.D1)  # as good as incompressible

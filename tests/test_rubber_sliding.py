@@ -15,7 +15,7 @@ from iceslide_fem.interface.rubber_mesh import RubberOverGrid  # noqa: E402
 from iceslide_fem.interface.surface_grid import SurfaceGrid  # noqa: E402
 from iceslide_fem.scene.materials import rubber_solid  # noqa: E402
 
-pytestmark = [pytest.mark.fe, pytest.mark.once]
+pytestmark = pytest.mark.fe
 
 
 def warm(**changes):

@@ -24,7 +24,7 @@ from iceslide_fem.runtime.errors import NotConverged  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 from scripts.studies.press_elements import in_tetrahedra  # noqa: E402
 
-pytestmark = pytest.mark.fe
+pytestmark = [pytest.mark.fe, pytest.mark.versions]
 
 CASE = Path(__file__).parent.parent / "cases" / "thesis_1bar.toml"
 WORLD, ALONE = MPI.COMM_WORLD, MPI.COMM_SELF

@@ -12,7 +12,7 @@ pytest.importorskip("iceslide_fem.fenics.compat")
 import scripts.studies
 from scripts.studies.common import ROOT
 
-pytestmark = [pytest.mark.fe, pytest.mark.once]
+pytestmark = pytest.mark.fe
 
 SHARED = {
     "common", "blocks", "command_runs", "peers_calculix", "peers_ngsolve", "wet_changes",

@@ -13,7 +13,7 @@ from iceslide_fem.rubber.contact_surface import contact_surface, space_degree  #
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody  # noqa: E402
 from iceslide_fem.scene.materials import COMPOUNDS  # noqa: E402
 
-pytestmark = [pytest.mark.fe, pytest.mark.mpi, pytest.mark.quick]
+pytestmark = [pytest.mark.fe, pytest.mark.mpi, pytest.mark.quick, pytest.mark.versions]
 
 WORLD = MPI.COMM_WORLD
 DEGREE = 4

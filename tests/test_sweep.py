@@ -336,7 +336,6 @@ def test_files_that_no_run_of_the_case_wrote_are_none(tmp_path):
 
 
 @pytest.mark.fe
-@pytest.mark.once
 def test_every_mesh_is_looked_at_before_a_case_runs(tmp_path):
     pytest.importorskip("iceslide_fem.fenics.compat")
     (tmp_path / "second.msh").write_text("nonsense")
@@ -350,7 +349,6 @@ def test_every_mesh_is_looked_at_before_a_case_runs(tmp_path):
 
 
 @pytest.mark.fe
-@pytest.mark.once
 def test_slices_run_in_processes_and_failures_are_listed(tmp_path):
     pytest.importorskip("iceslide_fem.fenics.compat")
     # a rubber of E = 12 kPa carries no pressure of 1 or 2 bar: nothing can make it converge

@@ -17,7 +17,7 @@ from iceslide_fem.relaxation.shift import Shift  # noqa: E402
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody  # noqa: E402
 from iceslide_fem.scene.materials import COMPOUNDS, MooneyRivlin  # noqa: E402
 
-pytestmark = [pytest.mark.fe, pytest.mark.mpi]
+pytestmark = [pytest.mark.fe, pytest.mark.mpi, pytest.mark.versions]
 
 B = COMPOUNDS["B"]
 ONE = Relaxation(Prony((0.3,), (5e-3,)))

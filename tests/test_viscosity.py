@@ -18,7 +18,7 @@ from iceslide_fem.rubber.block import build_block  # noqa: E402
 from iceslide_fem.runs.point import point_history  # noqa: E402
 from iceslide_fem.scene import scene_from_dict  # noqa: E402
 
-pytestmark = [pytest.mark.fe, pytest.mark.once]
+pytestmark = pytest.mark.fe
 ROWS = [[263.15, 2.64e-3], [268.15, 2.14e-3], [273.15, 1.79e-3]]
 TABLE = f"water.viscosity={ROWS}"
 LEVEL = "water.viscosity=[[263.15, 1.8e-3], [273.15, 1.8e-3]]"

@@ -26,7 +26,7 @@ from iceslide_fem.runtime.errors import SceneError  # noqa: E402
 from iceslide_fem.scene import scene_from_dict  # noqa: E402
 from iceslide_fem.scene.contact_table import ConstantContact  # noqa: E402
 
-pytestmark = [pytest.mark.fe, pytest.mark.once]
+pytestmark = pytest.mark.fe
 LENGTH, SPEED, H0, P, D = 10e-3, 4.0, 70e-9, 2e5, 36e-6
 K3 = squeeze_rate(P, D)
 

@@ -13,7 +13,7 @@ from iceslide_fem.rubber.block import build_block  # noqa: E402
 from iceslide_fem.scene import scene_from_dict  # noqa: E402
 from iceslide_fem.scene.materials import MELTING_ENTHALPY  # noqa: E402
 
-pytestmark = [pytest.mark.fe, pytest.mark.once]
+pytestmark = pytest.mark.fe
 WATER, FIRST = 5e-6, 70e-9
 
 

@@ -16,7 +16,7 @@ from iceslide_fem.output.history import slide_row  # noqa: E402
 from iceslide_fem.rubber.block import build_block  # noqa: E402
 from iceslide_fem.scene import scene_from_dict  # noqa: E402
 
-pytestmark = [pytest.mark.fe, pytest.mark.once]
+pytestmark = pytest.mark.fe
 WORLD = MPI.COMM_WORLD
 SURFACE = Path(__file__).parent.parent / "cases" / "surfaces" / "compound_B.csv"
 FRAMES = {
