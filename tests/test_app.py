@@ -217,7 +217,8 @@ def test_dry_contact_along_a_line_is_that_of_its_lines_and_its_command(tmp_path,
         names = (word.removeprefix("--").replace("-", "_") for word in words[::2])
         case = FootprintCase.of(dict(zip(names, words[1::2], strict=True)))
         asked = line_case.LineCase.of(given)
-        assert case.dry_shear == asked.dry_shear and case.initial_height == asked.initial_height
+        assert case.law.film.dry_shear == asked.dry_shear
+        assert case.initial_height == asked.initial_height
     slow = {"slip": "1e-3", "ice_temperature": "-20 degC"}
     for more, doubted in (({}, True), ({"dry_stress": "2 bar"}, False)):
         notes = line.curves(slow | more)["notes"]

@@ -357,8 +357,8 @@ def test_the_command_takes_the_age_of_a_scene(tmp_path):
     np.savetxt(tmp_path / "map.csv", pressure, delimiter=",")
     given = {"pressure_map": str(tmp_path / "map.csv"), "length": "40mm", "width": "12mm"}
     case = FootprintCase.of(given | {"contact_age": aged})
-    assert not case.ride.age.holds
-    assert case.contact_table == load_scene(aged).contact_parameters
+    assert not case.ride().age.holds
+    assert case.law.contact_parameters == load_scene(aged).contact_parameters
     same = FootprintCase.of(given | {"contact": SURFACE})
     older, young = (survey(one, read_footprint(one)).mu_mean for one in (case, same))
     assert older > 1.01 * young

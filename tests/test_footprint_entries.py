@@ -378,7 +378,11 @@ LINE, PIXELS = "x_m,pressure_Pa\n0,1e5\n1e-3,2e5\n", ["--length", "180mm", "--wi
         (LINE, ["--gaussian", "180mm,4bar,9m"], "--gaussian"),
         (LINE, ["--gaussian", "180mm,4bar", "--load", "3kN"], "--load does not fit --gaussian"),
         (LINE, ["--line", "f", "--ice-material", "2,900"], "is not CONDUCTIVITY,DENSITY,HEAT"),
-        (LINE, ["--line", "f", "--ice-material", "2,900,1"], 'heat capacity of "2,900,1" is out'),
+        (
+            LINE,
+            ["--line", "f", "--ice-material", "2,900,1"],
+            '"2,900,1" has a heat capacity that is out',
+        ),
         (LINE, ["--line", "f", "--air-temperature", "99degC"], "--air-temperature"),
         ("x_m,p\n0,1\n", ["--line", "f"], "given: x_m, p"),
         ("x_m\n0\n1\n", ["--line", "f"], "has no column pressure_Pa; needed: x_m, pressure_Pa"),

@@ -7,7 +7,9 @@ from iceslide_fem import point
 from iceslide_fem.preprocess.footprint.case import FootprintCase
 from iceslide_fem.preprocess.footprint.passing import film_map
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
+from iceslide_fem.preprocess.footprint.reading import ReadFootprint
 from iceslide_fem.preprocess.footprint.ride import Ride, WetIce
+from iceslide_fem.preprocess.footprint.survey import survey
 from iceslide_fem.preprocess.footprint.synthetic import Tread
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.contact_table import ConstantContact
@@ -147,12 +149,29 @@ def test_lines_do_not_depend_on_each_other(changes):
             np.testing.assert_allclose(a[some], b, rtol=1e-6, atol=1e-15)
 
 
+def test_the_first_height_may_be_rows_over_the_temperature_of_the_ice(tmp_path):
+    """As film.initial_height of a scene; every point of a curve over temperature has its own."""
+    file = tmp_path / "height.csv"
+    file.write_text("temperature (degC), height (nm)\n-20, 20\n0, 80\n")
+    rows, number = case(initial_height=str(file)), case(initial_height="68 nm")
+    assert file in rows.files and rows.temperature == number.temperature == 269.15
+    assert rows.ride().initial_height == pytest.approx(number.ride().initial_height)
+    read = ReadFootprint(strip(2e5))
+    by_rows, by_number = (survey(one, read).curves for one in (rows, number))
+    there = np.isclose(by_rows.temperature, 269.15)
+    np.testing.assert_allclose(by_rows.film[there], by_number.film[there], rtol=1e-9)
+    assert abs(by_rows.film[0] / by_number.film[0] - 1.0) > 0.01
+    with pytest.raises(SceneError, match="--initial-height = 0 m is out of range; allowed: 1 nm"):
+        file.write_text("temperature (degC), height (nm)\n-20, 0\n0, 80\n")
+        case(initial_height=str(file))
+
+
 def test_a_contact_file_takes_the_compounds_place(tmp_path):
     file = tmp_path / "\N{SNOWFLAKE}\N{SNOWBOARDER}" / "contact.csv"
     file.parent.mkdir()
     file.write_text("pressure_Pa,k,D_m,H_V_m\n2e4,0.1,2e-5,6e-6\n2e6,0.8,9e-5,4e-7\n")
     own = case(contact=str(file))
-    assert own.contact_table(2e4).k == pytest.approx(0.1)
+    assert own.law.contact_parameters(2e4).k == pytest.approx(0.1)
     with pytest.raises(SceneError, match="--contact .*no column k"):
         file.write_text("pressure_Pa\n1e5\n")
         case(contact=str(file))

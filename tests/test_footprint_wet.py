@@ -219,13 +219,13 @@ def test_a_wheel_with_water_is_that_of_a_wet_scene(line, tmp_path):
 def test_the_lug_is_that_of_a_block_or_the_footprint(line):
     pattern = {"pitch": "28mm", "groove": "8mm"}
     lugs = [
-        WheelCase.of(line | values).wet_ice(0.04).lug
+        WheelCase.of(line | values).ride_at(1.0, 1.0, 0.04).wet.lug
         for values in (
             {"water": 0}, {"water": 0} | pattern, {"water": 0, "lug": "3mm"} | pattern,
         )
     ]  # fmt: skip
     assert lugs == pytest.approx([40e-3, 20e-3, 3e-3])
-    assert WheelCase.of(line).wet_ice(0.04) is None
+    assert WheelCase.of(line).ride_at(1.0, 1.0, 0.04).wet is None
 
 
 @pytest.mark.parametrize(
@@ -239,7 +239,7 @@ def test_the_lug_is_that_of_a_block_or_the_footprint(line):
         (FootprintCase, {"lug": "6mm"}, "give --water, too"),
         (FootprintCase, {"water": 0, "dry_stress": 1e5}, "--water and --dry-stress contradict"),
         (FootprintCase, {"water": 0, "water_speed": 0.5}, "--water and --water-speed below 1"),
-        (FootprintCase, {"water": 0, "viscosity": "eta.csv"}, "--water and --viscosity eta.csv"),
+        (FootprintCase, {"water": 0, "viscosity": "eta.csv"}, "--water and rows of --viscosity"),
         (FootprintCase, {"water": 0, "contact_age": "a.toml"}, "--water and --contact-age"),
         (WheelCase, {"water": "20um", "scene": "a.toml"}, "--scene and --water contradict"),
         (WheelCase, {"lug": "6mm", "scene": "a.toml"}, "--lug"),

@@ -7,10 +7,8 @@ from typing import Annotated, Any, Self
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
 from iceslide_fem.app.form import Slider, Texts
-from iceslide_fem.preprocess.footprint.option_values import IceTemperature
 from iceslide_fem.preprocess.footprint.ride import FIRST_HEIGHT
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene.command_options import Number
 from iceslide_fem.scene.messages import first_sentence
 from iceslide_fem.scene.shear_strength import RESIDUAL, SOFTENING, USUAL_RESIDUAL, DryShear
@@ -28,7 +26,7 @@ class FilmCase(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    ice_temperature: IceTemperature = ZERO_CELSIUS - 4.0
+    ice_temperature: Annotated[float, Quantity("K", "-80 degC", "-0.001 degC"), Number] = 269.15
     initial_height: Annotated[float, Quantity("m", "0 nm", "10 um"), Number] = FIRST_HEIGHT
     dry_stress: Annotated[float, Quantity("Pa", "0 Pa", "1 GPa"), Number] = 0.0
     dry_softening: Annotated[float, SOFTENING, Number] = 10.0

@@ -11,9 +11,8 @@ import numpy as np
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import Scene, parsed, put, scene_from_dict
-from iceslide_fem.scene.fields import default_text, leaves, quantity_of
+from iceslide_fem.scene.fields import default_text, leaves, number_of
 from iceslide_fem.scene.materials import COMPOUNDS
-from iceslide_fem.scene.rows import RowsOf
 
 Texts = Mapping[str, str]
 
@@ -117,9 +116,7 @@ def named_in(sentence: str, known: list[str]) -> list[str]:
 
 
 def _field(key: str, field: Any) -> dict[str, Any]:
-    quantity = quantity_of(field)
-    if isinstance(quantity, RowsOf):
-        quantity = quantity.value
+    quantity = number_of(field)
     choices = list(COMPOUNDS) if key == "rubber.compound" else []
     if get_origin(field.annotation) is Literal:
         choices = [str(each) for each in get_args(field.annotation)]

@@ -13,8 +13,8 @@ from pydantic.fields import FieldInfo
 
 from iceslide_fem.commands.report import NoReport
 from iceslide_fem.runtime.options import Force, folder_option
-from iceslide_fem.scene.command_options import CommandOptions
-from iceslide_fem.scene.fields import default_text, quantity_of
+from iceslide_fem.scene.command_options import OF_SCENES, CommandOptions, scene_keys
+from iceslide_fem.scene.fields import default_text, number_of
 
 
 def command(
@@ -51,19 +51,22 @@ def command(
 
 def _parameter(key: str, field: FieldInfo, group: str) -> inspect.Parameter:
     about = field.json_schema_extra if isinstance(field.json_schema_extra, dict) else {}
-    metavar = str(about.get("metavar") or _metavar(field))
+    keys = scene_keys(field)
+    meant = OF_SCENES[keys[0]] if len(keys) == 1 else field
+    default = default_text(meant if field.default == meant.default else field)
+    metavar = str(about.get("metavar") or _metavar(meant))
     words, label = field.description or "", str(field.alias)
     if field.annotation is bool:
         return _keyword(
             key, Annotated[bool, typer.Option(label, help=words, rich_help_panel=group)], False
         )
-    if shown := about.get("shown") or default_text(field):
+    if shown := about.get("shown") or default:
         words += f" [dim]\\[default: {shown}][/dim]"
     look: Any = {"metavar": metavar, "help": words, "show_default": False}
     if not label.startswith("--"):
         kind: Any = Path if field.is_required() else Path | None
-        default = inspect.Parameter.empty if field.is_required() else None
-        return _keyword(key, Annotated[kind, typer.Argument(**look)], default)
+        start = inspect.Parameter.empty if field.is_required() else None
+        return _keyword(key, Annotated[kind, typer.Argument(**look)], start)
     kind = list[str] | None if field.default == {} else str | None
     return _keyword(key, Annotated[kind, typer.Option(label, rich_help_panel=group, **look)], None)
 
@@ -75,7 +78,7 @@ def _keyword(name: str, annotation: Any, default: Any) -> inspect.Parameter:
 
 def _metavar(field: FieldInfo) -> str:
     """What a field takes: its unit, choices, a file, a whole number, or a text."""
-    quantity, parts = quantity_of(field), [field.annotation, *get_args(field.annotation)]
+    quantity, parts = number_of(field), [field.annotation, *get_args(field.annotation)]
     if quantity is not None:
         return (
             "T"

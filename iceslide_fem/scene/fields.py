@@ -36,6 +36,12 @@ def quantity_of(field: FieldInfo) -> Quantity | RowsOf | None:
     return next((part for part in parts if isinstance(part, Quantity | RowsOf)), None)
 
 
+def number_of(field: FieldInfo) -> Quantity | None:
+    """The quantity of a field's numbers, also where it takes rows of them; None if it has none."""
+    quantity = quantity_of(field)
+    return quantity.value if isinstance(quantity, RowsOf) else quantity
+
+
 def unit_of_field(field: FieldInfo) -> str | None:
     """SI unit of a field ("" for a pure number), None if it is not a number."""
     quantity = quantity_of(field)
@@ -48,9 +54,7 @@ def default_text(field: FieldInfo) -> str:
     """
     if field.is_required() or field.default in (None, {}, ()):
         return ""
-    value, quantity = field.default, quantity_of(field)
-    if isinstance(quantity, RowsOf):
-        quantity = quantity.value
+    value, quantity = field.default, number_of(field)
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, tuple):

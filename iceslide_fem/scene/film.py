@@ -153,7 +153,7 @@ class Film(Table):
     )
     contact: InputFile | None = key(
         None,
-        "Path of a table of k, D and H_V over pressure, instead of the compound's; relative to "
+        "Path of a table of k, D and H_V over pressure, instead of the compound's. Relative to "
         "the scene file.",
     )
     contact_age: StrictBool = key(

@@ -222,8 +222,8 @@ class Water(Table):
 
     viscosity: Annotated[Any, VISCOSITY] = key(
         WATER_VISCOSITY,
-        "Viscosity of the film: a number, or rows over the temperature of the film (or the path"
-        " of a CSV file of them). Values must not rise with temperature. Between rows it is "
+        "Viscosity of the film. A number, or rows over the temperature of the film (or the path "
+        "of a CSV file of them). Values must not rise with temperature. Between rows it is "
         "linear, outside it is constant.",
     )
     conductivity: Annotated[float, Quantity("W/m/K", "0.01 W/m/K", "100 W/m/K")] = key(

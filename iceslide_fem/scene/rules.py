@@ -8,7 +8,7 @@ from __future__ import annotations
 from functools import reduce
 from typing import Any, NamedTuple
 
-from iceslide_fem.scene.tables import Tables
+from pydantic import BaseModel
 
 
 class Is(NamedTuple):
@@ -24,7 +24,7 @@ class Is(NamedTuple):
     above: float | None = None
     shown: str = ""
 
-    def holds(self, scene: Tables) -> bool:
+    def holds(self, scene: BaseModel) -> bool:
         """Whether the scene has it."""
         value = self.of(scene)
         if self.values:
@@ -33,7 +33,7 @@ class Is(NamedTuple):
             return value not in self.besides
         return bool(value) if self.above is None else value > self.above
 
-    def of(self, scene: Tables) -> Any:
+    def of(self, scene: BaseModel) -> Any:
         """The value of the key."""
         return reduce(getattr, self.key.split("."), scene)
 
@@ -63,7 +63,7 @@ class Rule(NamedTuple):
     allowed: str
     where: tuple[Is, ...] = ()
 
-    def fault(self, scene: Tables) -> str | None:
+    def fault(self, scene: BaseModel) -> str | None:
         """The sentence about a scene in which all conditions hold, else None."""
         if not all(one.holds(scene) for one in (*self.where, *self.named)):
             return None
@@ -205,7 +205,7 @@ RULES = (
 )  # fmt: skip
 
 
-def check_rules(scene: Tables) -> None:
+def check_rules(scene: BaseModel) -> None:
     """Raise ValueError with the first rule that the `scene` breaks."""
     for rule in RULES:
         if fault := rule.fault(scene):

@@ -88,13 +88,13 @@ def main() -> None:
     parts["moving source"] = clocked(lambda: moving_source_rise(flux, footprint.dx, case.speed))
     maps = {
         f"film law, tolerance {tolerance:g}": clocked(
-            partial(film_map, footprint, case.ride, B, tolerance)
+            partial(film_map, footprint, case.ride(), B, tolerance)
         )
         for tolerance in (1e-2, 1e-3)
     }
     part = replace(footprint, pressure=footprint.pressure[::EVERY])
     fine_ice = partial(Column, first_layer=FIRST_LAYER / 4.0, ratio=1.3, depth=6.0)
-    exact = film_map(part, case.ride, B, 1e-5, fine_ice)
+    exact = film_map(part, case.ride(), B, 1e-5, fine_ice)
     print(
         f"{footprint.pressure.size:,} pixels, {footprint.contact.sum():,} of them in contact, "
         f"{1e3 * footprint.dx:.3f} mm; {case.speed:g} m/s, slip {case.slip:g}; "

@@ -5,17 +5,17 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Annotated, Self
 
+import numpy as np
 from pydantic import ConfigDict, StrictBool, model_validator
 
 from iceslide_fem.preprocess.footprint.film_options import FilmOptions
 from iceslide_fem.preprocess.footprint.jaeger import TABLE_1_ICE, TABLE_1_RUBBER
 from iceslide_fem.preprocess.footprint.macroscopic import Macroscopic
-from iceslide_fem.preprocess.footprint.option_values import SolidText
 from iceslide_fem.preprocess.footprint.ride import Ride
 from iceslide_fem.preprocess.footprint.source_options import SourceOptions
-from iceslide_fem.scene.command_options import Number, option, option_names
+from iceslide_fem.scene.command_options import Number, option, option_names, scene_option
 from iceslide_fem.scene.input_file import InputFile
-from iceslide_fem.scene.materials import ICE_EFFUSIVITY, WATER_CONDUCTIVITY, Solid
+from iceslide_fem.scene.materials import ICE_EFFUSIVITY, Solid
 from iceslide_fem.scene.units import Quantity
 
 _named = option_names("image")
@@ -34,6 +34,7 @@ class FootprintCase(SourceOptions, FilmOptions):
     """
 
     model_config = ConfigDict(alias_generator=_named)
+    parts = ((OF_THE_BALANCE, "the thesis's balance", "thesis_balance"),)
 
     speed: Annotated[float, Quantity("m/s", "0.001 m/s", "100 m/s"), Number] = option(
         3.0, "Speed of the vehicle."
@@ -66,21 +67,11 @@ class FootprintCase(SourceOptions, FilmOptions):
     air_temperature: Annotated[float, Quantity("K", "-80 degC", "60 degC"), Number] | None = option(
         None, "Of air and tread before they touch, in (3.6).", "T", "that of the ice"
     )
-    tread_material: SolidText | None = option(
-        None, "Of the macroscopic model, SI units.", "K,RHO,C", "0.19,940,1500"
-    )
-    water_conductivity: Annotated[float, Quantity("W/m/K", "0.01 W/m/K", "10 W/m/K"), Number] = (
-        option(WATER_CONDUCTIVITY, "In (3.7).")
-    )
-
-    @model_validator(mode="after")
-    def _of_the_balance(self) -> Self:
-        for name in OF_THE_BALANCE:
-            if name in self.model_fields_set and not self.thesis_balance:
-                raise ValueError(
-                    f"{_named(name)} is of the thesis's balance; give --thesis-balance, too"
-                )
-        return self
+    tread_material: tuple[float, float, float] | None = scene_option(
+        "rubber.conductivity", "rubber.density", "rubber.heat_capacity", default=None,
+        text="Of the macroscopic model.", metavar="K,RHO,C", shown="0.19,940,1500",
+    )  # fmt: skip
+    water_conductivity: float = scene_option("water.conductivity", text="In (3.7).")
 
     @model_validator(mode="after")
     def _of_an_area(self) -> Self:
@@ -115,7 +106,6 @@ class FootprintCase(SourceOptions, FilmOptions):
             self.moving, source="next pixel", slip=self.thesis_slip, time=self.thesis_time
         )
 
-    @property
-    def ride(self) -> Ride:
-        """Kinematics and films of the ice, without water on it: V and V S."""
-        return self.ride_at(self.speed, self.slip * self.speed)
+    def ride(self, length: float = np.inf) -> Ride:
+        """Kinematics and films of the ice below a footprint of this length (m): V and V S."""
+        return self.ride_at(self.speed, self.slip * self.speed, length)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator
@@ -13,16 +12,7 @@ from iceslide_fem.preprocess.footprint.maps import UNITS
 from iceslide_fem.preprocess.footprint.picture import Box
 from iceslide_fem.runtime.units import si_unit
 from iceslide_fem.scene.command_options import Number, as_number
-from iceslide_fem.scene.ice import VISCOSITY, viscosity_table
-from iceslide_fem.scene.rows import names_a_file
-from iceslide_fem.scene.shear_strength import DRY_STRESS
 from iceslide_fem.scene.units import Quantity
-
-SOLID_RANGES = (
-    ("conductivity", 0.01, 500.0),
-    ("density", 10.0, 2e4),
-    ("heat capacity", 100.0, 1e5),
-)
 
 
 def _box(value: Any) -> Any:
@@ -35,24 +25,6 @@ def _box(value: Any) -> Any:
         form = "is not LEFT,TOP,RIGHT,BOTTOM in whole pixels"
         raise PydanticCustomError("form", form) from None
     return Box(left, top, right, bottom)
-
-
-def _solid(value: Any) -> Any:
-    """CONDUCTIVITY,DENSITY,HEAT_CAPACITY as a solid."""
-    if not isinstance(value, str):
-        return value
-    try:
-        conductivity, density, heat_capacity = map(float, value.split(","))
-    except ValueError:
-        form = "is not CONDUCTIVITY,DENSITY,HEAT_CAPACITY in SI units"
-        raise PydanticCustomError("form", form) from None
-    solid = conductivity, density, heat_capacity
-    for number, (name, low, high) in zip(solid, SOLID_RANGES, strict=True):
-        if not low <= number <= high:
-            raise ValueError(
-                f'the {name} of "{value}" is out of range; allowed: {low:g} to {high:g}'
-            )
-    return solid
 
 
 def _gaussian(value: Any) -> Any:
@@ -74,22 +46,6 @@ def _gaussian(value: Any) -> Any:
     return length, peak, sigma
 
 
-def _viscosity(value: Any) -> Any:
-    """A number in Pa s, or the path of a CSV file of the viscosity over temperature."""
-    if not names_a_file(value):
-        return VISCOSITY.value.validate(as_number(value))
-    viscosity_table(VISCOSITY.validate(value), "--viscosity")
-    return Path(value)
-
-
-def _dry_stress(value: Any) -> Any:
-    """A number in Pa, or the path of a CSV file of the stress over the ice's temperature."""
-    if not names_a_file(value):
-        return DRY_STRESS.value.validate(as_number(value))
-    DRY_STRESS.validate(value)
-    return Path(value)
-
-
 def _pressure_unit(value: Any) -> Any:
     """A unit of pressure."""
     if (unit := si_unit(value, "Pa") if isinstance(value, str) else None) is None:
@@ -100,12 +56,8 @@ def _pressure_unit(value: Any) -> Any:
     return unit
 
 
-SolidText = Annotated[tuple[float, float, float], BeforeValidator(_solid)]
 Length = Annotated[float, Quantity("m", "1 mm", "5 m"), Number]
 Pressure = Annotated[float, Quantity("Pa", "0 bar", "100 bar"), Number]
-IceTemperature = Annotated[float, Quantity("K", "-80 degC", "-0.001 degC"), Number]
 PixelBox = Annotated[Box, BeforeValidator(_box)]
 GaussianText = Annotated[tuple[float, float, float], BeforeValidator(_gaussian)]
-ViscosityText = Annotated[float | Path, BeforeValidator(_viscosity)]
-DryStressText = Annotated[float | Path, BeforeValidator(_dry_stress)]
 PressureUnit = Annotated[str, BeforeValidator(_pressure_unit)]

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from iceslide_fem.film.carrying import CarryingLoads
-from iceslide_fem.film.contact_age import ContactAge
+from iceslide_fem.film.contact_age import ContactAge, contact_age
 from iceslide_fem.film.limiting_shear import LimitingShear
 from iceslide_fem.film.loads import FilmLoads
 from iceslide_fem.film.viscosity import VariableViscosity
 from iceslide_fem.film.voids import Voids
 from iceslide_fem.runtime.arrays import Array, Index
+from iceslide_fem.scene import Scene
 from iceslide_fem.scene.contact_table import ConstantContact, ContactTable
 from iceslide_fem.scene.materials import ICE, WATER_VISCOSITY, Solid, ViscosityTable
 from iceslide_fem.scene.shear_strength import ShearStrength
@@ -57,7 +59,7 @@ NOTHING = 1e-15  # m, capacity of voids whose water does not move: they are full
 class Ride(NamedTuple):
     """How ice passes the footprint: V and the sliding speed V S (m/s), T_0 (K), h0 (m).
 
-    T_0 and V S may be arrays (ny,), one value for each line. water_speed: speed of squeezed-out
+    T_0, V S and h0 may be arrays (ny,), one value for each line. water_speed: speed of squeezed-out
     water relative to the rubber, over the sliding speed. A viscosity table is read at the film's
     temperature. strength: tau_b of dry rubber on ice if it limits the shear; h0 may then be 0, and
     the viscosity is a number. age: ageing contact, or None. wet: water on the ice with load-bearing
@@ -67,13 +69,40 @@ class Ride(NamedTuple):
     speed: float
     sliding_speed: float | Array
     temperature: float | Array
-    initial_height: float = FIRST_HEIGHT
+    initial_height: float | Array = FIRST_HEIGHT
     solid: Solid = ICE
     viscosity: float | ViscosityTable = WATER_VISCOSITY
     water_speed: float = 1.0
     strength: ShearStrength | None = None
     age: ContactAge | None = None
     wet: WetIce | None = None
+
+    @classmethod
+    def of(
+        cls,
+        law: Scene,
+        speed: float,
+        sliding_speed: float | Array,
+        temperature: float,
+        lug: float = np.inf,
+    ) -> Ride:
+        """The film law of a scene on its ice, but at these speeds (m/s) and `temperature` (K).
+
+        lug: length of the lug for outflow, m. Below the rubber nothing holds the largest contact.
+        """
+        film, age = law.film, contact_age(law)
+        return cls(
+            speed,
+            sliding_speed,
+            temperature,
+            float(law.height_on(temperature)),
+            law.ice.solid,
+            law.water.table or law.water.viscosity,
+            film.water_speed,
+            law.shear_strength,
+            age and replace(age, holds=False),
+            WetIce(law.ice.water, lug) if film.voids == "carry" else None,
+        )
 
     @property
     def limit(self) -> LimitingShear | None:
@@ -86,11 +115,11 @@ class Ride(NamedTuple):
 
     def lines(self, some: Index) -> Ride:
         """The ride of `some` of the lines."""
-        temperature, speed = (
+        temperature, speed, height = (
             np.asarray(one)[some] if np.ndim(one) else np.full(some.size, one)
-            for one in (self.temperature, self.sliding_speed)
+            for one in (self.temperature, self.sliding_speed, self.initial_height)
         )
-        return self._replace(temperature=temperature, sliding_speed=speed)
+        return self._replace(temperature=temperature, sliding_speed=speed, initial_height=height)
 
     @property
     def water_fraction(self) -> float | Array:

@@ -68,16 +68,17 @@ class Survey(NamedTuple):
     def borne(self) -> Array | None:
         """p_f (Pa), (ny, nx), at the exit of a pixel; None without load-bearing voids."""
         footprint = self.read.pressure_map
-        wet = self.case.wet_ice(footprint.contact_length)
+        wet = self.case.ride(footprint.contact_length).wet
         if wet is None:
             return None
-        return wet.borne(footprint.pressure, self.film.squeezed, self.case.contact_table)
+        contact_of = self.case.law.contact_parameters
+        return wet.borne(footprint.pressure, self.film.squeezed, contact_of)
 
     @property
     def outside(self) -> Mask:
         """Pixels in contact with a pressure outside the table of k, D and H_V, (ny, nx)."""
         footprint = self.read.pressure_map
-        return footprint.contact & self.case.contact_table.outside(footprint.pressure)
+        return footprint.contact & self.case.law.contact_parameters.outside(footprint.pressure)
 
     @property
     def state(self) -> States:
@@ -95,7 +96,7 @@ def survey(
     friction is implausible for rubber on ice.
     """
     footprint = read.pressure_map
-    ride = case.ride._replace(wet=case.wet_ice(footprint.contact_length))
+    ride = case.ride(footprint.contact_length)
     rows, temperatures = len(footprint.pressure), case.melting_temperature - UNDERCOOLING
     some = footprint.sample(LINES)
     # Lines at other temperatures join the call: its time depends on pixels per line, not on lines.
@@ -103,8 +104,8 @@ def survey(
     below = np.append(np.full(rows, ride.temperature), np.repeat(temperatures, len(some)))
     film = film_map(
         replace(footprint, pressure=pressure),
-        ride._replace(temperature=below),
-        case.contact_table,
+        ride._replace(temperature=below, initial_height=case.law.height_on(below)),
+        case.law.contact_parameters,
         case.tolerance,
         tell=tell,
     )
@@ -148,7 +149,7 @@ def friction_curves(footprint: PressureMap, case: FootprintCase, mu: Array) -> C
     temperatures = case.melting_temperature - UNDERCOOLING
     pure = MELTING_TEMPERATURE - UNDERCOOLING
     lines = np.flatnonzero(footprint.contact.any(axis=1))
-    p, v = footprint.mean_pressure, case.ride.sliding_speed
+    p, v = footprint.mean_pressure, case.ride().sliding_speed
     length = footprint.contact[lines].sum(axis=1).mean() * footprint.dx
     # Under the flux q a half-space rises by 2 q sqrt(t / pi) / e.
     q = friction_flux(case.static_friction, p, case.speed, case.slip)
@@ -178,7 +179,6 @@ def summary(result: Survey) -> dict[str, Any]:
     footprint, contact = read.pressure_map, read.pressure_map.contact
     line = gaussian_centre_line(footprint)
     melting = float(film.melting[contact].mean())
-    dry = case.dry_stress is not None or bool(case.water)  # needs no melting
     outside = result.outside[contact]
     shear = film.shear[contact]
     friction_outside = float(shear[outside].sum() / shear.sum()) if shear.any() else 0.0
@@ -186,7 +186,7 @@ def summary(result: Survey) -> dict[str, Any]:
     largest = float(mu[~outside].max(initial=result.mu_mean))
     warnings = [
         *read.notes,
-        *doubts(float(film.height[contact].min()), largest, melting, dry),
+        *doubts(float(film.height[contact].min()), largest, melting, case.rubs_without_melting),
         *_outside(float(outside.mean()), friction_outside),
     ]
     for name, model in result.models.items():

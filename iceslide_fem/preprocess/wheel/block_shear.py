@@ -133,7 +133,7 @@ def stiffness_of(
             given.value / width,
             f"given as {given.value:.4g} N/m2, over {1e3 * width:.4g} mm of width",
         )
-    shear, pattern = case.rubber.shear_modulus, case.pattern
+    shear, pattern = case.law.mooney_rivlin.shear_modulus, case.pattern
     if pattern is None:
         return TreadStiffness(
             shear / height,
@@ -142,7 +142,7 @@ def stiffness_of(
     tell("shear of a block by finite elements")
     length = pattern.pitch - pattern.groove
     return TreadStiffness(
-        block_stiffness(case.rubber, length, height),
+        block_stiffness(case.law.mooney_rivlin, length, height),
         f"finite elements of a block, {1e3 * length:.4g} mm long and {1e3 * height:.4g} mm high",
     )
 

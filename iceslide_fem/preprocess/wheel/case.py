@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import cached_property
 from itertools import product
-from pathlib import Path
 from typing import Annotated, Self
 
 from pydantic import ConfigDict, StrictBool, model_validator
@@ -23,16 +22,14 @@ from iceslide_fem.preprocess.wheel.option_values import (
 from iceslide_fem.preprocess.wheel.quarter_car import GRAVITY, QuarterCar
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import Scene, load_scene
-from iceslide_fem.scene.command_options import Number, option, option_name, option_names
+from iceslide_fem.scene.command_options import Number, given, option, option_name, option_names
+from iceslide_fem.scene.ice import WARMEST
 from iceslide_fem.scene.input_file import InputFile
-from iceslide_fem.scene.materials import COMPOUNDS, MooneyRivlin
+from iceslide_fem.scene.rules import Rule
 from iceslide_fem.scene.units import Quantity
 
-# Film options that a scene also has.
-OF_A_SCENE = (
-    "compound contact contact_age viscosity initial_height dry_stress dry_softening dry_residual "
-    "ice_material melting_temperature latent_heat water_speed water lug"
-).split()
+# Film options that do not go with a scene.
+OF_A_SCENE = [key for key in FilmOptions.model_fields if key not in ("temperature", "tolerance")]
 
 
 class WheelCase(SourceOptions, FilmOptions):
@@ -43,6 +40,15 @@ class WheelCase(SourceOptions, FilmOptions):
     """
 
     model_config = ConfigDict(alias_generator=option_names("image"))
+    parts = ((("end_speed", "mass"), "a stop", "abs"),)
+    rules = (
+        Rule((given("abs", nothing=False), given("vary", nothing={})), "a stop is of one wheel",
+             "one of them"),
+        Rule((given("abs", nothing=False), given("slip_angle", nothing=0.0)),
+             "a stop goes straight", "one of them"),
+        Rule((given("load"), given("mass")), "the wheel of a stop carries the weight of its mass",
+             "one of them"),
+    )  # fmt: skip
 
     speed: Annotated[float, SPEED, Number] = option(
         50.0 / 3.6, "Speed of the vehicle.", shown="50km/h"
@@ -92,21 +98,8 @@ class WheelCase(SourceOptions, FilmOptions):
         return self
 
     @model_validator(mode="after")
-    def _stop_is_one(self) -> Self:
-        if not self.abs:
-            for key in ("end_speed", "mass"):
-                if key in self.model_fields_set:
-                    raise ValueError(f"{option_name(key)} is of a stop; give --abs, too")
-        elif self.vary:
-            raise ValueError("--abs and --vary contradict each other: a stop is of one wheel")
-        elif self.slip_angle:
-            raise ValueError("--abs and --slip-angle contradict each other: a stop goes straight")
-        elif self.load is not None and self.mass is not None:
-            raise ValueError(
-                "--load and --mass contradict each other: the wheel of a stop carries the weight "
-                "of its mass; give one of them"
-            )
-        elif self.end_speed >= self.speed:
+    def _stop_goes_down(self) -> Self:
+        if self.abs and self.end_speed >= self.speed:
             raise ValueError(
                 f"--end-speed {3.6 * self.end_speed:.4g} km/h is not below --speed "
                 f"{3.6 * self.speed:.4g} km/h"
@@ -115,10 +108,10 @@ class WheelCase(SourceOptions, FilmOptions):
 
     @model_validator(mode="after")
     def _one_law(self) -> Self:
-        given = [name for name in OF_A_SCENE if name in self.model_fields_set]
-        if self.scene is not None and given:
+        others = [name for name in OF_A_SCENE if name in self.model_fields_set]
+        if self.scene is not None and others:
             raise ValueError(
-                f"--scene and {option_name(given[0])} contradict each other: the scene says what "
+                f"--scene and {option_name(others[0])} contradict each other: the scene says what "
                 "rubs; give one of them"
             )
         return self
@@ -128,8 +121,8 @@ class WheelCase(SourceOptions, FilmOptions):
         for key in self.vary:
             if key in self.model_fields_set:
                 raise ValueError(f"--vary {key} and --{key} contradict each other; give one")
-        melting = self.melting
-        if (warmest := max(self.temperatures)) > melting - 1e-3 + 1e-9:
+        melting, warmest = self.law.ice.melting_temperature, max(self.temperatures)
+        if warmest > melting - WARMEST + 1e-9:
             raise ValueError(
                 f"the ice's temperature of {warmest - ZERO_CELSIUS:.6g} degC is not below its "
                 f"melting temperature, {melting - ZERO_CELSIUS:.6g} degC"
@@ -146,25 +139,18 @@ class WheelCase(SourceOptions, FilmOptions):
         return self
 
     @cached_property
-    def law_scene(self) -> Scene | None:
-        """The scene of the friction law, or None. Raises SceneError."""
-        return None if self.scene is None else load_scene(self.scene)
-
-    @property
-    def melting(self) -> float:
-        """Melting temperature of the ice, K."""
-        scene = self.law_scene
-        return self.melting_temperature if scene is None else scene.ice.melting_temperature
+    def law(self) -> Scene:
+        """The scene of --scene, or of the options. Raises SceneError."""
+        return super().law if self.scene is None else load_scene(self.scene)
 
     @property
     def temperatures(self) -> Sequence[float]:
         """Ice temperature (K) of every member of the family."""
         if "temperature" in self.vary:
             return self.vary["temperature"]
-        scene = self.law_scene
-        if scene is None or "temperature" in self.model_fields_set:
+        if self.scene is None or "temperature" in self.model_fields_set:
             return (self.temperature,)
-        return (scene.ice.temperature,)
+        return (self.law.ice.temperature,)
 
     @property
     def members(self) -> list[Self]:
@@ -181,12 +167,6 @@ class WheelCase(SourceOptions, FilmOptions):
         if self.pitch is None or self.groove is None:
             return None
         return Pattern(self.pitch, self.groove)
-
-    @property
-    def rubber(self) -> MooneyRivlin:
-        """Constants of the tread's rubber; instantaneous if viscoelastic."""
-        scene = self.law_scene or self.aged_scene
-        return COMPOUNDS[self.compound] if scene is None else scene.mooney_rivlin
 
     def lug_below(self, length: float) -> float:
         """Length of the lug for outflow; that of a block if the tread has a pattern, m."""
@@ -206,9 +186,3 @@ class WheelCase(SourceOptions, FilmOptions):
     def rolling(self, slip: float) -> Rolling:
         """The wheel at a slip ratio."""
         return Rolling(self.speed, slip, self.slip_angle)
-
-    @property
-    def files(self) -> list[Path]:
-        """All input files, with those of the scene."""
-        scene = self.law_scene
-        return [*super().files, *([] if scene is None else scene.files.values())]

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Any, NamedTuple, Protocol
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from iceslide_fem.film.contact_age import contact_age
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import InterfaceState, Step, advance
 from iceslide_fem.film.limiting_shear import shearing
@@ -215,45 +214,25 @@ def contact_of_case(case: WheelCase, length: float) -> SlidingContact:
 
     Raises SceneError if the scene's law needs features that a wheel does not have.
     """
-    scene = case.law_scene
-    if scene is None:
-        ride = case.ride_at(case.speed, 0.0)._replace(wet=case.wet_ice(length))
-        return FilmContact(ride, case.contact_table, case.tolerance)
-    if scene.friction.law == "film" and scene.film.voids == "stop":
-        return _film_of(scene, case)
-    here = scene_from_dict(scene.as_dict() | {"ice": _ice_of(scene, case)})
+    law = case.law
+    if case.scene is None or (law.friction.law == "film" and law.film.voids == "stop"):
+        _check_film(law, str(case.scene))
+        ride = case.ride_at(case.speed, 0.0, length)
+        return FilmContact(ride, law.contact_parameters, case.tolerance)
+    tables = law.as_dict()
+    here = scene_from_dict(tables | {"ice": tables["ice"] | {"temperature": case.temperature}})
     height = float(here.initial_height)
-    solid = here.ice.solid
-    return LawContact(law_of(here), case.temperature, solid, height, case.tolerance)
+    return LawContact(law_of(here), case.temperature, here.ice.solid, height, case.tolerance)
 
 
-def _ice_of(scene: Scene, case: WheelCase) -> dict[str, Any]:
-    """The scene's ice as keys, with the case's temperature."""
-    ice: dict[str, Any] = scene.as_dict()["ice"]
-    return ice | {"temperature": case.temperature}
-
-
-def _film_of(scene: Scene, case: WheelCase) -> FilmContact:
-    """The film law of a scene, at the case's ice temperature."""
-    film, age = scene.film, contact_age(scene)
+def _check_film(scene: Scene, said: str) -> None:
+    """Raise SceneError if the film law of a scene, `said` in words, is not that of a wheel."""
     for unfit, key, allowed in (
-        (film.refreeze != "nothing", f'film.refreeze = "{film.refreeze}"', '"nothing"'),
+        (scene.film.refreeze != "nothing", f'film.refreeze = "{scene.film.refreeze}"', '"nothing"'),
         (scene.ice.depth is not None, "ice.depth", "ice as deep as heat reaches"),
         (scene.ice.mesh is not None, "ice.mesh", "ice as deep as heat reaches"),
     ):
         if unfit:
             raise SceneError(
-                f"{key} of --scene {case.scene} is not computed below a wheel; allowed: {allowed}"
+                f"{key} of --scene {said} is not computed below a wheel; allowed: {allowed}"
             )
-    ride = Ride(
-        case.speed,
-        0.0,
-        case.temperature,
-        float(scene.height_on(case.temperature)),
-        scene.ice.solid,
-        scene.water.table or scene.water.viscosity,
-        film.water_speed,
-        scene.shear_strength,
-        age and replace(age, holds=False),
-    )
-    return FilmContact(ride, scene.contact_parameters, case.tolerance)

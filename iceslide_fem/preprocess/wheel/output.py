@@ -124,11 +124,7 @@ def _member(curve: Curve) -> dict[str, Any]:
 def _warnings(case: WheelCase, found: Sequence[Curve]) -> list[str]:
     """Warnings on the use of the curves."""
     points = [point for curve in found for point in curve.points if point.sliding > 0.0]
-    scene = case.law_scene
-    if scene is None:
-        dry = case.dry_stress is not None or bool(case.water)
-    else:
-        dry = scene.shear_strength is not None or scene.ice.is_wet
+    dry = case.rubs_without_melting
     result: list[str] = []
     films = [point.film_height for point in points if np.isfinite(point.film_height)]
     if films:
