@@ -10,6 +10,7 @@ from typing import Annotated, Self
 from pydantic import field_validator, model_validator
 
 from iceslide_fem.film.contact_age import ContactAge, contact_age
+from iceslide_fem.film.shear_strength import strength_of
 from iceslide_fem.preprocess.footprint.option_values import (
     DryStressText,
     IceTemperature,
@@ -18,20 +19,21 @@ from iceslide_fem.preprocess.footprint.option_values import (
     ViscosityText,
 )
 from iceslide_fem.preprocess.footprint.ride import FIRST_HEIGHT, Ride, WetIce
+from iceslide_fem.runtime.curve import Curve
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import Scene, load_scene
 from iceslide_fem.scene.command_options import CommandOptions, Number, option, option_name
 from iceslide_fem.scene.contact_table import ContactTable, read_contact_table
-from iceslide_fem.scene.ice import VISCOSITY, WARMEST, viscosity_table
-from iceslide_fem.scene.input_file import InputFile
-from iceslide_fem.scene.materials import CONTACT_TABLES, ICE, WATER_VISCOSITY, Solid, ViscosityTable
-from iceslide_fem.scene.shear_strength import (
+from iceslide_fem.scene.dry_shear import (
     DRY_STRESS,
     RESIDUAL,
     SOFTENING,
     USUAL_RESIDUAL,
     DryShear,
 )
+from iceslide_fem.scene.ice import VISCOSITY, WARMEST, viscosity_table
+from iceslide_fem.scene.input_file import InputFile
+from iceslide_fem.scene.materials import CONTACT_TABLES, ICE, WATER_VISCOSITY, Solid
 from iceslide_fem.scene.units import Quantity
 
 
@@ -166,7 +168,7 @@ class FilmOptions(CommandOptions):
         return None if self.water is None else WetIce(self.water, self.lug_below(length))
 
     @property
-    def water_viscosity(self) -> float | ViscosityTable:
+    def water_viscosity(self) -> float | Curve:
         """The film's viscosity (Pa s), or the file's over temperature."""
         if not isinstance(self.viscosity, Path):
             return self.viscosity
@@ -206,7 +208,7 @@ class FilmOptions(CommandOptions):
             ),
             self.water_viscosity,
             self.water_speed,
-            self.dry_shear.strength(self.melting_temperature),
+            strength_of(self.dry_shear, self.melting_temperature),
             self.age,
         )
 

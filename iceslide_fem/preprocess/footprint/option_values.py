@@ -13,9 +13,9 @@ from iceslide_fem.preprocess.footprint.maps import UNITS
 from iceslide_fem.preprocess.footprint.picture import Box
 from iceslide_fem.runtime.units import si_unit
 from iceslide_fem.scene.command_options import Number, as_number
+from iceslide_fem.scene.dry_shear import DRY_STRESS
 from iceslide_fem.scene.ice import VISCOSITY, viscosity_table
 from iceslide_fem.scene.rows import names_a_file
-from iceslide_fem.scene.shear_strength import DRY_STRESS
 from iceslide_fem.scene.units import Quantity
 
 SOLID_RANGES = (

@@ -14,6 +14,7 @@ from iceslide_fem.film.limiting_shear import shearing
 from iceslide_fem.film.loads import film_loads
 from iceslide_fem.film.rubber_heat import INSULATED
 from iceslide_fem.film.runge_kutta import INTEGRATORS
+from iceslide_fem.film.shear_strength import shear_strength
 from iceslide_fem.film.step_control import step_factor
 from iceslide_fem.laws.interface_law import InterfaceLaw
 from iceslide_fem.laws.table import law_of
@@ -253,7 +254,7 @@ def _film_of(scene: Scene, case: WheelCase) -> FilmContact:
         scene.ice.solid,
         scene.water.table or scene.water.viscosity,
         film.water_speed,
-        scene.shear_strength,
+        shear_strength(scene),
         age and replace(age, holds=False),
     )
     return FilmContact(ride, scene.contact_parameters, case.tolerance)

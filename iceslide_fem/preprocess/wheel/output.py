@@ -128,7 +128,7 @@ def _warnings(case: WheelCase, found: Sequence[Curve]) -> list[str]:
     if scene is None:
         dry = case.dry_stress is not None or bool(case.water)
     else:
-        dry = scene.shear_strength is not None or scene.ice.is_wet
+        dry = scene.film.dry_stress is not None or scene.ice.is_wet
     result: list[str] = []
     films = [point.film_height for point in points if np.isfinite(point.film_height)]
     if films:
