@@ -184,7 +184,7 @@ def test_rubber_of_one_modulus_is_elastic(tmp_path, dry):
     """As slow as never, and as fast as at once: the film law with E_0, and with E_inf."""
     for tau, share in ((1e12, 1.0), (1e-14, 1.0 - G)):
         table = TABLE.at_modulus(share * 3.0 * 546e3)
-        columns = [getattr(table, name) for name in ("pressure", "k", "D", "H_V")]
+        columns = [table.pressure, table.k.values, table.D.values, table.H_V.values]
         lines = [",".join(map(repr, row)) for row in zip(*columns, strict=True)]
         (tmp_path / "t.csv").write_text("pressure_Pa,k,D_m,H_V_m\n" + "\n".join(lines))
         elastic = scene(film={"contact": str(tmp_path / "t.csv"), **dry}, celsius=-10.0)

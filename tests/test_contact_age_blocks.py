@@ -58,7 +58,7 @@ def test_rubber_of_one_modulus_is_elastic(frame, film, tmp_path):
     kinds = ((1e12, 1.0, 1e-5), (1e-14, 0.7, 4e-4))
     for tau, share, since in kinds[: 1 if inertia["inertia"] else 2]:
         table = scene(frame).contact_parameters.at_modulus(share * 3.0 * 546e3)
-        columns = [getattr(table, name) for name in ("pressure", "k", "D", "H_V")]
+        columns = [table.pressure, table.k.values, table.D.values, table.H_V.values]
         lines = [",".join(map(repr, row)) for row in zip(*columns, strict=True)]
         (tmp_path / "t.csv").write_text("\n".join(["pressure_Pa,k,D_m,H_V_m", *lines]))
         own = {"contact_age": False, "contact": str(tmp_path / "t.csv")}

@@ -12,9 +12,9 @@ from iceslide_fem.relaxation.dma_fit import characterised
 from iceslide_fem.relaxation.doubts import of_fit, of_use
 from iceslide_fem.relaxation.prony import Prony
 from iceslide_fem.relaxation.shift import Shift, ShiftTable
+from iceslide_fem.runs.notes import notes
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import scene_from_dict
-from iceslide_fem.scene.notes import notes
 
 pytestmark = pytest.mark.quick
 

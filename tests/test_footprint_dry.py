@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from iceslide_fem import point
+from iceslide_fem.film.shear_strength import ShearStrength
 from iceslide_fem.preprocess.footprint.case import FootprintCase
 from iceslide_fem.preprocess.footprint.line import film_line
 from iceslide_fem.preprocess.footprint.macroscopic import Macroscopic
@@ -15,7 +16,6 @@ from iceslide_fem.preprocess.footprint.survey import summary, survey
 from iceslide_fem.preprocess.footprint.synthetic import Tread
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.materials import CONTACT_TABLES, MELTING_ENTHALPY
-from iceslide_fem.scene.shear_strength import ShearStrength
 
 pytestmark = pytest.mark.quick
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from iceslide_fem import point
+from iceslide_fem.film.shear_strength import ShearStrength
 from iceslide_fem.preprocess.footprint.case import FootprintCase
 from iceslide_fem.preprocess.footprint.passing import film_map
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
@@ -19,7 +20,6 @@ from iceslide_fem.scene.materials import (
     MELTING_TEMPERATURE,
     WATER_VISCOSITY,
 )
-from iceslide_fem.scene.shear_strength import ShearStrength
 
 B = CONTACT_TABLES["B"]
 LOCKED = Ride(4.0, 4.0, 269.15)

@@ -11,10 +11,10 @@ from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.point import Conditions, simulate
 from iceslide_fem.reference import held_layer_rise, layered_rise
 from iceslide_fem.runs.model_levels import cheapest
+from iceslide_fem.runs.notes import notes
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.scene.materials import ICE, Ground, Layer, Solid
-from iceslide_fem.scene.notes import notes
 from iceslide_fem.scene.thermal_layers import (
     FIRST_LAYER,
     LAST_STRETCH,

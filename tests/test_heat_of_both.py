@@ -16,10 +16,11 @@ from iceslide_fem.heat.elements import (  # noqa: E402
 )
 from iceslide_fem.heat.equation import HeatEquation, uniform  # noqa: E402
 from iceslide_fem.heat.linear import LinearSolver  # noqa: E402
-from iceslide_fem.heat.tabulated import Rows, TabulatedHeat  # noqa: E402
+from iceslide_fem.heat.tabulated import TabulatedHeat, integral  # noqa: E402
 from iceslide_fem.mesh import gmsh_model  # noqa: E402
 from iceslide_fem.mesh.ice import tagged_ice  # noqa: E402
 from iceslide_fem.mesh.ice_body import upright  # noqa: E402
+from iceslide_fem.runtime.curve import Curve  # noqa: E402
 from iceslide_fem.runtime.errors import SceneError  # noqa: E402
 from iceslide_fem.scene.materials import ICE, Layer, rubber_solid  # noqa: E402
 
@@ -126,17 +127,17 @@ def tabulated(lines, base=None):
     """Ice with the rows above, at 263.15 K at first."""
     stack = [Layer("ice", np.inf, ICE)]
     body = gmsh_model.distribute(upright(tagged_ice(lines, stack)), WORLD)
-    rows = Rows.of(CONDUCTIVITY), Rows.of(HEAT_CAPACITY)
+    rows = Curve.of(CONDUCTIVITY), Curve.of(HEAT_CAPACITY)
     solids = {"ice": ICE._replace(conductivity=2.32, heat_capacity=2040.0)}
     return TabulatedHeat(body, LayeredElements(body.mesh), solids, 263.15, rows, base)
 
 
 def test_integrals_of_rows_are_exact():
-    rows, kelvin = Rows.of(HEAT_CAPACITY), np.linspace(245.0, 280.0, 36)
+    rows, kelvin = Curve.of(HEAT_CAPACITY), np.linspace(245.0, 280.0, 36)
     ends = [np.linspace(253.15, end, 100_001) for end in kelvin]
-    found = [np.trapezoid(rows.at(x), x) if hasattr(np, "trapezoid") else np.trapz(rows.at(x), x)
+    found = [np.trapezoid(rows(x), x) if hasattr(np, "trapezoid") else np.trapz(rows(x), x)
              for x in ends]  # fmt: skip
-    np.testing.assert_allclose(rows.integral(kelvin), found, atol=1e-6)
+    np.testing.assert_allclose(integral(rows, kelvin), found, atol=1e-6)
 
 
 def test_a_content_is_the_enthalpy_of_its_rise():

@@ -30,9 +30,9 @@ from iceslide_fem.mesh.ice_body import (  # noqa: E402
 from iceslide_fem.mesh.rubber import block_shape  # noqa: E402
 from iceslide_fem.mesh.size import check_memory, unknowns  # noqa: E402
 from iceslide_fem.mesh.user_mesh import load_user_ice  # noqa: E402
+from iceslide_fem.runs.notes import notes  # noqa: E402
 from iceslide_fem.runtime.errors import SceneError  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
-from iceslide_fem.scene.notes import notes  # noqa: E402
 from iceslide_fem.workflow.planning.cost import estimate  # noqa: E402
 from iceslide_fem.workflow.planning.info import describe  # noqa: E402
 from iceslide_fem.workflow.planning.mesh_picture import draw_mesh  # noqa: E402

@@ -10,12 +10,12 @@ from scipy.integrate import trapezoid
 from iceslide_fem.laws.coulomb import Coulomb, read_table
 from iceslide_fem.laws.protocol import Contact, Surface
 from iceslide_fem.laws.table import law_of
+from iceslide_fem.runs.notes import notes
 from iceslide_fem.runs.point import point_history
 from iceslide_fem.runs.simplifications import simplifications
 from iceslide_fem.runtime.errors import SceneError, SimulationStopped
 from iceslide_fem.scene import load_scene, scene_from_dict
 from iceslide_fem.scene.fingerprint import scene_hash
-from iceslide_fem.scene.notes import notes
 from iceslide_fem.workflow.planning.info import describe
 from iceslide_fem.workflow.sweep.plan import make_plan
 from iceslide_fem.workflow.sweep.points import simulate_points

@@ -13,13 +13,13 @@ from iceslide_fem.film.limited_stage import limited_stage
 from iceslide_fem.film.limiting_shear import LimitingShear
 from iceslide_fem.film.loads import FilmLoads
 from iceslide_fem.film.point import Conditions, simulate
+from iceslide_fem.film.shear_strength import ShearStrength
 from iceslide_fem.laws.table import law_of
 from iceslide_fem.runs.point import point_history
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.scene.materials import ICE, MELTING_TEMPERATURE
-from iceslide_fem.scene.shear_strength import ShearStrength
 
 pytestmark = pytest.mark.quick
 

@@ -9,6 +9,7 @@ from scipy.integrate import solve_ivp, trapezoid
 from iceslide_fem.film.conditions import scene_conditions, scene_loading, simulation_settings
 from iceslide_fem.film.point import simulate
 from iceslide_fem.runs.point import point_history
+from iceslide_fem.runtime.curve import Curve, SmoothCurve
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import load_scene, scene_from_dict, unit_of
 from iceslide_fem.scene.course import Course
@@ -45,9 +46,9 @@ def point(scene, times):
 # The course
 
 
-@pytest.mark.parametrize("smooth", [False, True])
-def test_a_course_has_its_rows_an_exact_integral_and_holds_beyond(smooth):
-    course = Course((1.0, 2.0, 4.0), (1.0, 3.0, 2.0), 6.0, smooth)
+@pytest.mark.parametrize("kind", [Curve, SmoothCurve])
+def test_a_course_has_its_rows_an_exact_integral_and_holds_beyond(kind):
+    course = Course(kind((1.0, 2.0, 4.0), (1.0, 3.0, 2.0)), 6.0)
     np.testing.assert_allclose(course([0.0, 1.0, 2.0, 4.0, 6.0]), [1.0, 1.0, 3.0, 2.0, 2.0])
     t = np.linspace(0.0, 6.0, 600_001)
     values = course(t)
@@ -64,11 +65,11 @@ def test_a_course_has_its_rows_an_exact_integral_and_holds_beyond(smooth):
     assert course.slope(5.0) == 0.0
     assert course.corners == (1.0, 2.0, 4.0)
     bends = [course.bend(time) for time in (0.5, *course.corners, 5.0)]
-    assert bends == ([0.0] * 5 if smooth else [0.0, 2.0, -2.5, 0.5, 0.0])
+    assert bends == ([0.0] * 5 if kind is SmoothCurve else [0.0, 2.0, -2.5, 0.5, 0.0])
     np.testing.assert_array_equal(course.next_corner([0.0, 1.0, 3.9, 4.0]), [1, 2, 4, np.inf])
     for end in (4.0, np.nextafter(4.0, 5.0), np.nextafter(4.0, 3.0), 3.0):  # where a run ends
         assert replace(course, duration=end).next_corner(2.5) == np.inf
-    if not smooth:
+    if kind is Curve:
         assert course.integral(6.0) == pytest.approx(1.0 + 2.0 + 5.0 + 4.0, rel=1e-14)
 
 
@@ -77,7 +78,7 @@ def test_steps_end_on_few_rows_of_a_log_and_lines_between_them_are_near_all(near
     t = np.linspace(0.0, 1.0, 3001)
     noise = 1e-3 * np.random.default_rng(3).uniform(-1.0, 1.0, t.size)
     log = np.where(t < 0.7, 2.0 + np.sin(8.0 * t), 0.5) + noise  # it stops short at 0.7 s
-    course = Course(tuple(t), tuple(log), 1.0)
+    course = Course(Curve(tuple(t), tuple(log)), 1.0)
     few = course.sampled(near)
     ends = np.array([0.0, *few.corners, 1.0])
     off = np.abs(np.interp(t, ends, few(ends)) - log).max()
@@ -105,14 +106,14 @@ def test_a_log_of_ten_thousand_rows_takes_the_steps_of_its_curve():
 
 
 def test_a_smooth_course_is_level_at_its_ends():
-    course = Course((1.0, 2.0), (1.0, 3.0), 3.0, smooth=True)
+    course = Course(SmoothCurve((1.0, 2.0), (1.0, 3.0)), 3.0)
     np.testing.assert_allclose(course([1.0, 1.25, 1.5, 2.0]), [1.0, 1.3125, 2.0, 3.0])
     assert course.slope(1.0 + 1e-9) == pytest.approx(0.0, abs=1e-7)
     assert course.slope(2.0) == pytest.approx(0.0, abs=1e-12)
 
 
 def test_one_value_holds_throughout():
-    course = Course((), (3.0,), 2.0)
+    course = Course(Curve.of(3.0), 2.0)
     assert course.is_constant and course.integral(0.5) == 1.5 and course.mean == 3.0
     assert course.at(7.0) == course.smallest == course.largest == 3.0 and course.slope(1.0) == 0.0
 

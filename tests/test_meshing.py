@@ -25,14 +25,15 @@ from iceslide_fem.mesh.named_cells import rubber_file  # noqa: E402
 from iceslide_fem.mesh.tagged import mesh_size  # noqa: E402
 from iceslide_fem.mesh.user_mesh import load_user_mesh  # noqa: E402
 from iceslide_fem.rubber.block import build_block  # noqa: E402
+from iceslide_fem.runs.notes import notes  # noqa: E402
+from iceslide_fem.runtime.curve import Curve  # noqa: E402
 from iceslide_fem.runtime.errors import SceneError  # noqa: E402
 from iceslide_fem.runtime.ranks import from_root  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 from iceslide_fem.scene.course import Course  # noqa: E402
 from iceslide_fem.scene.materials import ICE, Layer  # noqa: E402
-from iceslide_fem.scene.notes import notes  # noqa: E402
 
-SPEEDS = Course((), (3.0,), 7e-3)
+SPEEDS = Course(Curve.of(3.0), 7e-3)
 HALF_SPACE = Layer("ice", np.inf, ICE)
 CASE = Path(__file__).parent.parent / "cases" / "thesis_1bar.toml"
 
@@ -233,9 +234,9 @@ def test_layers_are_those_of_the_time_that_ice_is_heated(duration, motion, heate
 def test_a_run_that_goes_on_slower_has_the_layers_of_the_one_before():
     scene = a_scene("slice", margin=0.0)
     scene.ice.motion = "sliding"
-    scene.load.speeds = Course((0.0, 10e-3), (4.0, 0.2), 10e-3)  # m/s
+    scene.load.speeds = Course(Curve((0.0, 10e-3), (4.0, 0.2)), 10e-3)  # m/s
     first, longer = ice_meshing.heating_times(scene, 1e-3, [5e-3, 10e-3])
-    scene.load.speeds = Course((0.0, 10e-3), (4.0, 0.2), 5e-3)
+    scene.load.speeds = Course(Curve((0.0, 10e-3), (4.0, 0.2)), 5e-3)
     assert first == ice_meshing.heating_times(scene, 1e-3, 5e-3) == pytest.approx(1e-3 / 2.1)
     assert longer == pytest.approx(1e-3 / 0.2)
 

@@ -1,4 +1,4 @@
-"""The pages build; tutorials are notebooks that open as JupyterLab opens them, and their cells run."""
+"""The pages build; tutorials are notebooks that JupyterLab opens, and their cells run."""
 
 import subprocess
 from pathlib import Path

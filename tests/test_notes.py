@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from iceslide_fem.runs.notes import buckling_pressure, notes
 from iceslide_fem.scene import load_scene
-from iceslide_fem.scene.notes import buckling_pressure, notes
 
 pytestmark = pytest.mark.quick
 

@@ -14,13 +14,13 @@ from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.preprocess.footprint.case import FootprintCase
 from iceslide_fem.preprocess.footprint.passing import film_map
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
+from iceslide_fem.runs.notes import notes
 from iceslide_fem.runs.point import point_history
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import scene_from_dict, unit_of
 from iceslide_fem.scene.contact_table import ConstantContact
 from iceslide_fem.scene.fingerprint import scene_hash
 from iceslide_fem.scene.materials import ICE, Solid, rubber_solid
-from iceslide_fem.scene.notes import notes
 
 DURATION = 7e-3
 SCENE = {

@@ -9,11 +9,11 @@ from iceslide_fem import reference
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.passes import Passes, column_for, frozen, next_start, simulate_passes
 from iceslide_fem.film.point_conditions import Conditions
+from iceslide_fem.film.shear_strength import ShearStrength
 from iceslide_fem.runs.point import point_history
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.scene.materials import BOTTOMLESS, ICE, MELTING_TEMPERATURE, Ground
-from iceslide_fem.scene.shear_strength import ShearStrength
 
 pytestmark = pytest.mark.quick
 FLUX, TIME = 160e3, 5e-3  # W/m2, s

@@ -10,12 +10,13 @@ from iceslide_fem.film.law import explicit_stage
 from iceslide_fem.film.point import Conditions, Record, simulate
 from iceslide_fem.film.point_conditions import Loading
 from iceslide_fem.film.runge_kutta import INTEGRATORS
+from iceslide_fem.runs.notes import notes
 from iceslide_fem.runs.point import point_history
+from iceslide_fem.runtime.curve import Curve
 from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.scene.course import Course
 from iceslide_fem.scene.materials import CONTACT_TABLES, MELTING_ENTHALPY, MELTING_TEMPERATURE
-from iceslide_fem.scene.notes import notes
 
 BAR = 1e5
 FOUR_CASES = ((1, 3), (1, 4), (5, 3), (5, 4))
@@ -193,8 +194,8 @@ def test_steps_find_the_onset_and_saturation_at_once(ice):
 def loaded(pressures, here=(5, 4), **changes):
     """The point under a pressure (bar) that has these values at even times, at 4 m/s."""
     duration, bars = 14e-3, tuple(BAR * one for one in pressures)
-    pressure = Course(tuple(np.linspace(0.0, duration, len(bars))), bars, duration)
-    loading = Loading(pressure, Course((), (4.0,), duration), CONTACT_TABLES["B"])
+    pressure = Course(Curve(tuple(np.linspace(0.0, duration, len(bars))), bars), duration)
+    loading = Loading(pressure, Course(Curve.of(4.0), duration), CONTACT_TABLES["B"])
     return simulate(conditions((here,), duration), loading=loading, **changes)
 
 

@@ -16,6 +16,7 @@ from iceslide_fem.film.point_conditions import Loading
 from iceslide_fem.film.rubber_heat import FilmBetween, HalfFilm, RubberColumns, RubberSurface
 from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.reference import constant_flux_rise
+from iceslide_fem.runtime.curve import Curve
 from iceslide_fem.scene.contact_table import ConstantContact
 from iceslide_fem.scene.course import Course
 from iceslide_fem.scene.materials import (
@@ -189,8 +190,8 @@ def test_heat_in_the_rubber_delays_melting_by_its_share():
 def slid_at(speeds, conductance, colder=0.0, **changes):
     """The point at a speed (m/s) that goes from one to the other, under rubber so much colder."""
     here, contact = thesis_conditions(), ConstantContact(0.266, 29e-6, 2.86e-6)
-    speed = Course((0.0, DURATION), speeds, DURATION)
-    loading = Loading(Course((), (1e5,), DURATION), speed, contact)
+    speed = Course(Curve((0.0, DURATION), speeds), DURATION)
+    loading = Loading(Course(Curve.of(1e5), DURATION), speed, contact)
     here = here._replace(**{name: np.array([value]) for name, value in changes.items()})
     half_film = HalfFilm(conductance)
     rubber = RubberColumns(here.temperature - colder, DURATION, rubber_solid(1100.0), half_film)

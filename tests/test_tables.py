@@ -319,8 +319,9 @@ def test_a_contact_table_from_a_spreadsheet(tmp_path):
     for encoding in ("utf-8-sig", "utf-16", "cp1252"):
         (tmp_path / "contact.csv").write_bytes(text.encode(encoding))
         table = read_contact_table(tmp_path / "contact.csv", "film.contact")
-        assert table.pressure == pytest.approx((2e4, 1e5)) and table.k == (0.1, 0.25)
-        assert table.D == pytest.approx((2e-5, 3e-5)) and table.H_V == pytest.approx((6e-6, 3e-6))
+        assert table.pressure == pytest.approx((2e4, 1e5)) and table.k.values == (0.1, 0.25)
+        assert table.D.values == pytest.approx((2e-5, 3e-5))
+        assert table.H_V.values == pytest.approx((6e-6, 3e-6))
 
 
 @pytest.mark.parametrize(

@@ -13,12 +13,12 @@ from iceslide_fem.film.loads import film_loads
 from iceslide_fem.film.rubber_heat import INSULATED
 from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.film.voids import Voids
+from iceslide_fem.runs.notes import notes
 from iceslide_fem.runs.point import point_history
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.scene.contact_table import read_contact_table
 from iceslide_fem.scene.materials import CONTACT_TABLES
-from iceslide_fem.scene.notes import notes
 from iceslide_fem.workflow.sweep.points import simulate_points
 
 pytestmark = pytest.mark.quick

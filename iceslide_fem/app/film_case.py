@@ -10,8 +10,8 @@ from iceslide_fem.app.form import Slider, Texts
 from iceslide_fem.preprocess.footprint.ride import FIRST_HEIGHT
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.command_options import Number
+from iceslide_fem.scene.dry_shear import RESIDUAL, SOFTENING, USUAL_RESIDUAL, DryShear
 from iceslide_fem.scene.messages import first_sentence
-from iceslide_fem.scene.shear_strength import RESIDUAL, SOFTENING, USUAL_RESIDUAL, DryShear
 from iceslide_fem.scene.units import Quantity
 
 Pressure = Annotated[float, Quantity("Pa", "0.1 bar", "100 bar"), Number]

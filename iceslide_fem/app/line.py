@@ -12,6 +12,7 @@ from iceslide_fem.app.form import Texts
 from iceslide_fem.app.line_case import LineCase
 from iceslide_fem.app.snippets import api_lines
 from iceslide_fem.film.doubts import doubts
+from iceslide_fem.film.shear_strength import strength_of
 from iceslide_fem.preprocess.footprint.case import FootprintCase
 from iceslide_fem.preprocess.footprint.line import film_line, macroscopic_line
 from iceslide_fem.preprocess.footprint.macroscopic import State, classify, edge_temperatures
@@ -86,7 +87,7 @@ def curves(texts: Texts) -> dict[str, Any]:
     """
     case = LineCase.of(texts)
     pressure, dx = case.pressure()
-    strength = case.dry_shear.strength(MELTING_TEMPERATURE)
+    strength = strength_of(case.dry_shear, MELTING_TEMPERATURE)
     film = film_line(
         pressure, dx, case.parameters, CONTACT_TABLES["B"], strength, case.initial_height
     )

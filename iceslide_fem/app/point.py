@@ -21,12 +21,12 @@ from iceslide_fem.film.conditions import (
 )
 from iceslide_fem.film.point import PointResult, simulate
 from iceslide_fem.output.table import HistoryRow
+from iceslide_fem.runs.notes import notes
 from iceslide_fem.runs.point import point_history
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.units import ZERO_CELSIUS, to_si
 from iceslide_fem.scene import Scene
-from iceslide_fem.scene.notes import notes
 
 T_0 = ZERO_CELSIUS
 SLIDERS = (

@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import model_validator
 
 from iceslide_fem.app.film_case import FilmCase, Pressure
+from iceslide_fem.film.shear_strength import strength_of
 from iceslide_fem.preprocess.footprint.line import as_map, gaussian_profile
 from iceslide_fem.preprocess.footprint.option_values import Length
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
@@ -92,7 +93,7 @@ class WheelLine(FilmCase):
             self.speed,
             self.ice_temperature,
             initial_height=self.initial_height,
-            strength=self.dry_shear.strength(MELTING_TEMPERATURE),
+            strength=strength_of(self.dry_shear, MELTING_TEMPERATURE),
         )
         contact = FilmContact(ride, CONTACT_TABLES[COMPOUND], TOLERANCE)
         return (

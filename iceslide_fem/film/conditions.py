@@ -13,11 +13,12 @@ from iceslide_fem.film.passes import Passes
 from iceslide_fem.film.point_conditions import Conditions, InTime, Loading
 from iceslide_fem.film.rubber_heat import INSULATED, HalfFilm, Insulated, RubberColumns
 from iceslide_fem.film.runge_kutta import INTEGRATORS
+from iceslide_fem.film.shear_strength import shear_strength, strength_of
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.course import SAMPLED
+from iceslide_fem.scene.dry_shear import DryShear
 from iceslide_fem.scene.materials import Ground
-from iceslide_fem.scene.shear_strength import DryShear
 
 # Number of steps of a run with fixed steps, unless numerics.max_step is given.
 FIXED_STEPS = 2000
@@ -106,7 +107,7 @@ def conditions_at(
         "temperature": scene.ice.temperature,
         "initial_height": scene.initial_height,
         "viscosity": scene.viscosity,
-        "strength": scene.shear_strength,
+        "strength": shear_strength(scene),
         "refreeze": scene.film.refreeze,
     }
     contact = {"k": k, "D": D, "H_V": H_V}
@@ -130,7 +131,7 @@ def varied_conditions(scene: Scene, **varied: ArrayLike) -> Conditions:
     count = np.broadcast_shapes((1,), *map(np.shape, varied.values()))
     keys = {name: f"dry_{name}" for name in DryShear._fields}
     dry: dict[str, Any] = {name: varied.pop(key) for name, key in keys.items() if key in varied}
-    strength = scene.film.dry_shear._replace(**dry).strength(scene.ice.melting_temperature)
+    strength = strength_of(scene.film.dry_shear._replace(**dry), scene.ice.melting_temperature)
     fixed: dict[str, Any] = scene_conditions(scene)._asdict()
     del fixed["limit"]
     k, D, H_V, _ = scene.contact_parameters(varied.get("pressure", fixed["pressure"]))

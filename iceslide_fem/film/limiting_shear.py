@@ -21,8 +21,8 @@ from typing import NamedTuple
 import numpy as np
 
 from iceslide_fem.film.law import FilmHistory, FilmStage
+from iceslide_fem.film.shear_strength import ShearStrength
 from iceslide_fem.runtime.arrays import Array, Index, Mask
-from iceslide_fem.scene.shear_strength import ShearStrength
 
 SHEAR_STRENGTH = "shear_strength_Pa"  # column of tau_b in tables
 # Slip speed (m/s) below which dry shear falls linearly to 0.

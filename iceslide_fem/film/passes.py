@@ -18,7 +18,7 @@ from iceslide_fem.film.point import CONDENSED, simulate
 from iceslide_fem.film.point_conditions import Conditions
 from iceslide_fem.film.point_result import PointResult
 from iceslide_fem.runtime.arrays import Array
-from iceslide_fem.scene.materials import ViscosityTable
+from iceslide_fem.runtime.curve import Curve
 
 # Number of steps in which water freezes; first step over the whole rest.
 REST_STEPS, FIRST_REST = 80, 1e-6
@@ -63,7 +63,7 @@ def next_start(
     conditions: Conditions,
     ice: Column,
     passes: Passes,
-    water: ViscosityTable | None = None,
+    water: Curve | None = None,
 ) -> InterfaceState:
     """Initial state of a pass after one that ends in `state`; `water`: see `point.simulate`."""
     height, squeezed = conditions.loads().height(state.log_height), state.squeezed_height

@@ -24,8 +24,9 @@ from iceslide_fem.film.runge_kutta import INTEGRATORS, Integrator
 from iceslide_fem.film.step_control import DRY, StepControl, close_enough
 from iceslide_fem.film.viscosity import temperature_scale
 from iceslide_fem.runtime.arrays import Array, Index
+from iceslide_fem.runtime.curve import Curve
 from iceslide_fem.runtime.errors import SimulationStopped
-from iceslide_fem.scene.materials import BOTTOMLESS, Ground, Solid, ViscosityTable
+from iceslide_fem.scene.materials import BOTTOMLESS, Ground, Solid
 
 ICE_MODELS = ("column", "half-space")
 # Accuracy of a step's end at an event, relative to the tolerance.
@@ -48,7 +49,7 @@ def simulate(
     observe: Callable[[Record], None] | None = None,
     rubber: RubberHeat = INSULATED,
     loading: InTime | None = None,
-    water: ViscosityTable | None = None,
+    water: Curve | None = None,
     start: InterfaceState | None = None,
 ) -> PointResult:
     """Integrate all `conditions` from t = 0 to their duration.

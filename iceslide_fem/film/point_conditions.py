@@ -13,6 +13,7 @@ from iceslide_fem.film.limiting_shear import LimitingShear, ShearStrength
 from iceslide_fem.film.loads import FilmLoads, film_loads
 from iceslide_fem.film.viscosity import VariableViscosity
 from iceslide_fem.runtime.arrays import Array, Index
+from iceslide_fem.runtime.curve import Curve
 from iceslide_fem.scene.contact_table import ConstantContact, ContactTable
 from iceslide_fem.scene.course import Course
 from iceslide_fem.scene.materials import (
@@ -20,7 +21,6 @@ from iceslide_fem.scene.materials import (
     MELTING_TEMPERATURE,
     WATER_VISCOSITY,
     Solid,
-    ViscosityTable,
 )
 
 # Ranges of conditions, SI: those of a scene, and the values at single points of its contact.
@@ -128,7 +128,7 @@ class Conditions(NamedTuple):
         sizes = [part.pressure.size for part in parts]
         return cls(**arrays, limit=LimitingShear.together(limits, sizes) if limits else None)
 
-    def loads(self, water: ViscosityTable | None = None) -> FilmLoads:
+    def loads(self, water: Curve | None = None) -> FilmLoads:
         """Constant film loads; with `water` the viscosity is that of the table at T_0."""
         variable_viscosity = None if water is None else VariableViscosity(water, self.viscosity)
         contact = self.k, self.D, self.H_V
@@ -140,9 +140,7 @@ class Conditions(NamedTuple):
         """Films before the first step."""
         return self.films(self.initial_height, self.temperature)
 
-    def films(
-        self, height: Array, temperature: Array, water: ViscosityTable | None = None
-    ) -> FilmStart:
+    def films(self, height: Array, temperature: Array, water: Curve | None = None) -> FilmStart:
         """Films of the `height` (m) on ice whose surface has the `temperature` (K), (n,).
 
         water: as for `loads`.

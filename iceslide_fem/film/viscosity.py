@@ -14,7 +14,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from iceslide_fem.runtime.arrays import Array, Index
-from iceslide_fem.scene.materials import ViscosityTable
+from iceslide_fem.runtime.curve import Curve
 
 Stage = TypeVar("Stage")
 Scale = TypeVar("Scale", float, Array)
@@ -28,7 +28,7 @@ WARMER = 1e-3  # K, step of the numerical derivative
 class VariableViscosity(NamedTuple):
     """ln(eta(T) / eta_0) of a `table`; eta_0 is the `reference`, Pa s, for all points or each."""
 
-    table: ViscosityTable
+    table: Curve
     reference: Array | float
 
     def __call__(self, temperature: Array) -> Array:
@@ -47,14 +47,14 @@ class VariableViscosity(NamedTuple):
         )
 
 
-def temperature_scale(undercooling: Scale, table: ViscosityTable | None) -> Scale:
+def temperature_scale(undercooling: Scale, table: Curve | None) -> Scale:
     """Reference of temperature errors (K): T_m - T_0, or less where it changes eta by 100 %.
 
     The viscosity has no error estimate, because it jumps where contact begins.
     """
     if table is None:
         return undercooling
-    steps = np.diff(table.temperature), np.diff(np.log(table.viscosity))
+    steps = np.diff(table.x), np.diff(np.log(table.values))
     steepest = float(np.max(-steps[1] / steps[0]))
     return np.minimum(undercooling, 1.0 / steepest) if steepest > 0.0 else undercooling
 
@@ -69,9 +69,8 @@ def consistent_viscosity(
     stage: function from ln(eta / eta_0) to temperature and stage; start: first guess. Secant
     method, safeguarded by a bracket. Points that do not converge are NaN.
     """
-    ends = np.log(
-        [max(variable_viscosity.table.viscosity), min(variable_viscosity.table.viscosity)]
-    )
+    values = variable_viscosity.table.values
+    ends = np.log([max(values), min(values)])
     highest, lowest = (end - np.log(variable_viscosity.reference) for end in ends)
     high, low = np.broadcast_to(highest, start.shape), np.broadcast_to(lowest, start.shape)
     here, before, residual_before = start, start, np.full_like(start, np.nan)

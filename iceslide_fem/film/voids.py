@@ -40,7 +40,7 @@ class Voids:
     @cached_property
     def _heights(self) -> tuple[Array, Array]:
         """ln H_V, decreasing, and ln p of the table, without rows of equal H_V."""
-        height, pressure = np.log(self.table.H_V), np.log(self.table.pressure)
+        height, pressure = np.log(self.table.H_V.values), np.log(self.table.pressure)
         kept = np.append(np.diff(height) < 0.0, True)
         return height[kept], pressure[kept]
 

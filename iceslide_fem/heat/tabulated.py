@@ -13,8 +13,7 @@ start.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -23,40 +22,23 @@ from iceslide_fem.heat.elements import LayeredElements
 from iceslide_fem.heat.equation import Conducting, HeatEquation, Properties, of_regions
 from iceslide_fem.mesh.gmsh_model import DistributedMesh
 from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.curve import Curve
 from iceslide_fem.scene.materials import Solid
 
 PASSES, CLOSE = 30, 1e-12  # Newton iterations for a rise, and tolerance, K
 
 
-class Rows(NamedTuple):
-    """Values over temperature (K): linear between rows, constant outside."""
-
-    kelvin: Array
-    values: Array
-
-    @classmethod
-    def of(cls, given: float | Sequence[tuple[float, float]]) -> Rows:
-        """Rows from a scene's value, a number or a table."""
-        if not isinstance(given, Sequence):
-            return cls(np.array([0.0, 1.0]), np.full(2, given))
-        kelvin, values = zip(*given, strict=True)
-        return cls(np.array(kelvin), np.array(values))
-
-    def at(self, kelvin: Array) -> Array:
-        """Values at temperatures (K)."""
-        return np.interp(kelvin, self.kelvin, self.values)
-
-    def integral(self, kelvin: Array) -> Array:
-        """Integral of the values from the first row's temperature, exact."""
-        steps = np.diff(self.kelvin) * 0.5 * (self.values[1:] + self.values[:-1])
-        whole = np.append(0.0, np.cumsum(steps))
-        low, high = self.kelvin[0], self.kelvin[-1]
-        inside = np.clip(kelvin, low, high)
-        row = np.clip(np.searchsorted(self.kelvin, inside) - 1, 0, len(steps) - 1)
-        part = 0.5 * (inside - self.kelvin[row]) * (self.values[row] + self.at(inside))
-        outside = self.values[0] * np.minimum(kelvin - low, 0.0)
-        outside += self.values[-1] * np.maximum(kelvin - high, 0.0)
-        return np.asarray(whole[row] + part + outside)
+def integral(curve: Curve, kelvin: Array) -> Array:
+    """Integral of a curve of lines from its first row to temperatures (K), exact."""
+    x, values = curve.arrays
+    steps = np.diff(x) * 0.5 * (values[1:] + values[:-1])
+    whole = np.append(0.0, np.cumsum(steps))
+    inside = np.clip(kelvin, x[0], x[-1])
+    row = np.clip(np.searchsorted(x, inside) - 1, 0, len(steps) - 1)
+    part = 0.5 * (inside - x[row]) * (values[row] + curve(inside))
+    outside = values[0] * np.minimum(kelvin - x[0], 0.0)
+    outside += values[-1] * np.maximum(kelvin - x[-1], 0.0)
+    return np.asarray(whole[row] + part + outside)
 
 
 class TabulatedHeat(HeatEquation):
@@ -68,7 +50,7 @@ class TabulatedHeat(HeatEquation):
         elements: LayeredElements,
         solids: dict[str, Solid],
         temperature: float,
-        rows: tuple[Rows, Rows],
+        rows: tuple[Curve, Curve],
         base: tuple[str, float] | None = None,
     ) -> None:
         """temperature: initial, of the ice, K; rows: of conductivity, W/(m K), and heat capacity,
@@ -86,18 +68,18 @@ class TabulatedHeat(HeatEquation):
         super().__init__(body, elements, properties, base)
         of_ice = elements.capacity(ice.heat_capacity * at_first.heat_capacity)
         self._share = of_ice / self.capacity
-        self._first = float(self._heat_capacity.at(np.array(temperature)))
+        self._first = float(self._heat_capacity(np.array(temperature)))
         self._now: PETSc.Mat | None = None
 
     def heat_state(self, rise: Array) -> Array:
         """Heat state (K): the heat of a rise, over the initial capacity."""
         kelvin, first = self._T_0 + rise, np.array(self._T_0)
-        heat = self._heat_capacity.integral(kelvin) - self._heat_capacity.integral(first)
+        heat = integral(self._heat_capacity, kelvin) - integral(self._heat_capacity, first)
         return np.asarray(self._share * heat / self._first + (1.0 - self._share) * rise)
 
     def steepness(self, rise: Array) -> Array:
         """Derivative of the heat state with the rise."""
-        relative = self._heat_capacity.at(self._T_0 + rise) / self._first
+        relative = self._heat_capacity(self._T_0 + rise) / self._first
         return np.asarray(self._share * relative + 1.0 - self._share)
 
     def rise(self, heat_state: Array) -> Array:
@@ -112,9 +94,9 @@ class TabulatedHeat(HeatEquation):
 
     def conducting(self, rise: Array) -> Conducting:
         """Conduction at a rise. Collective."""
-        first = self._conductivity.at(np.array(self._T_0))
+        first = self._conductivity(np.array(self._T_0))
         nodal = self.elements.values(rise).x.array
-        self._relative.x.array[:] = self._conductivity.at(self._T_0 + np.real(nodal)) / first
+        self._relative.x.array[:] = self._conductivity(self._T_0 + np.real(nodal)) / first
         if self._now is not None:
             self._now.destroy()
         self._now = self._assembled()

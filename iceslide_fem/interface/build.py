@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.rubber_heat import INSULATED
 from iceslide_fem.heat.elements import LayeredElements, QuadraticElements
 from iceslide_fem.heat.equation import HeatEquation, of_regions, uniform
-from iceslide_fem.heat.tabulated import Rows, TabulatedHeat
+from iceslide_fem.heat.tabulated import TabulatedHeat
 from iceslide_fem.interface.growing_on_ice import AgedOnIce, CarryingOnIce, UserLawOnIce
 from iceslide_fem.interface.ice_columns import GridColumns, GridColumnsUnderPoints, OwnColumns
 from iceslide_fem.interface.ice_continuum import Continuum
@@ -41,6 +42,7 @@ from iceslide_fem.mesh.ice_body import ice_body
 from iceslide_fem.mesh.rubber import block_shape
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.curve import Curve
 from iceslide_fem.scene import Scene
 
 # Continuum ice, relative to the tolerance: the error of dropped modes; the interface resistance
@@ -67,8 +69,12 @@ def equation_of(block: Block, surface: list[Lines], heated: Array) -> HeatEquati
     elements = LayeredElements(body.mesh)
     if not ice.has_rows:
         return HeatEquation(body, elements, of_regions(body, solids), base)
-    rows = Rows.of(ice.conductivity), Rows.of(ice.heat_capacity)
+    rows = _over_temperature(ice.conductivity), _over_temperature(ice.heat_capacity)
     return TabulatedHeat(body, elements, solids, ice.temperature, rows, base)
+
+
+def _over_temperature(given: Any) -> Curve:
+    return Curve.of(given if isinstance(given, tuple) else [(0.0, given), (1.0, given)])
 
 
 def meshed_rubber(block: Block) -> MeshedRubber:

@@ -14,9 +14,10 @@ from iceslide_fem.film.loads import FilmLoads, film_loads
 from iceslide_fem.film.viscosity import FILM_VISCOSITY, VariableViscosity
 from iceslide_fem.laws.interface_law import Sheared
 from iceslide_fem.runtime.arrays import Array, Mask
+from iceslide_fem.runtime.curve import Curve
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.contact_table import ContactLaw
-from iceslide_fem.scene.materials import WATER_VISCOSITY, ViscosityTable
+from iceslide_fem.scene.materials import WATER_VISCOSITY
 
 # Shear fades in up to this fraction of the nominal pressure. It fades in more slowly if its slope
 # with pressure would exceed this friction coefficient: points that touch and lift under a
@@ -38,7 +39,7 @@ class FilmLaw:
     nominal: float | None
     ramp_pressure: float
     viscosity: float = WATER_VISCOSITY
-    table: ViscosityTable | None = None
+    table: Curve | None = None
     name: ClassVar[str] = "film"
     has_film: ClassVar[bool] = True
     viscous: ClassVar[bool] = True

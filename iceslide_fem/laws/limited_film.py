@@ -14,11 +14,11 @@ import numpy as np
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.film.limiting_shear import SHEAR_STRENGTH, SLOWEST, LimitingShear
 from iceslide_fem.film.loads import FilmLoads
+from iceslide_fem.film.shear_strength import ShearStrength, shearing_height
 from iceslide_fem.laws.film import FilmLaw, default_ramp, film_law
 from iceslide_fem.laws.interface_law import Sheared
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene import Scene
-from iceslide_fem.scene.shear_strength import ShearStrength
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -115,7 +115,7 @@ def limited_film(scene: Scene, strength: ShearStrength) -> LimitedFilm:
     limit = LimitingShear.of(strength, film.viscosity, speeds.largest, scene.film.refreeze)
     coldest = np.array([scene.ice.melting_temperature - scene.ice.temperature])
     first = strength(coldest)
-    height = scene.shearing_height(speeds.largest)
+    height = shearing_height(scene, speeds.largest)
     ramp = scene.numerics.shear_ramp_pressure or default_ramp(scene, height)
     return LimitedFilm(
         film.parameters,

@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from iceslide_fem.film.contact_age import contact_age
+from iceslide_fem.film.shear_strength import shear_strength
 from iceslide_fem.laws.aged_film import AgedFilm
 from iceslide_fem.laws.carrying_film import CarryingFilm, carrying_film
 from iceslide_fem.laws.coulomb import Coulomb, check_weakening
@@ -103,7 +104,7 @@ def user_law(scene: Scene) -> UserLaw:
 
 def film(scene: Scene) -> FilmLaw | AgedFilm | CarryingFilm:
     """The film law, with the scene's options: limiting shear, contact age, or voids that carry."""
-    strength = scene.shear_strength
+    strength = shear_strength(scene)
     law = film_law(scene) if strength is None else limited_film(scene, strength)
     if scene.film.voids == "carry":
         return carrying_film(law, scene)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from iceslide_fem.runs.notes import notes
 from iceslide_fem.runs.simplifications import model_doubts
 from iceslide_fem.runtime.units import readable
 from iceslide_fem.scene import Scene
-from iceslide_fem.scene.notes import notes
 
 
 def before_run(scene: Scene) -> list[str]:

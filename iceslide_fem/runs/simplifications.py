@@ -24,6 +24,7 @@ from iceslide_fem.laws.interface_law import InterfaceLaw
 from iceslide_fem.laws.points import moments
 from iceslide_fem.laws.table import law_of
 from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.curve import Curve
 from iceslide_fem.runtime.errors import IceslideError
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.course import Course
@@ -194,9 +195,9 @@ def _friction_without_film(
     cold = scene.ice.temperature
     walk = moments(
         law,
-        pressure=Course((), (1.0,), duration),
+        pressure=Course(Curve.of(1.0), duration),
         fractions=pressure,
-        speed=Course((), (scene.load.speeds.mean,), duration),
+        speed=Course(Curve.of(scene.load.speeds.mean), duration),
         duration=duration,
         ice=ice_below(ice, cold, duration, scene.ice.solid),
         integrator=INTEGRATORS["sdirk2"],

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from iceslide_fem.runtime.arrays import Array, Index, Mask
+from iceslide_fem.runtime.arrays import Array, Mask
+from iceslide_fem.runtime.curve import LogCurve
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.tables.columns import Wanted, read_columns
 
@@ -43,18 +43,21 @@ class ContactLaw(Protocol):
 
 @dataclass(frozen=True)
 class ContactTable:
-    """k, D (m) and H_V (m) at two or more ascending pressures (Pa); clamped outside.
+    """k, D (m) and H_V (m) over the same two or more pressures (Pa).
 
-    Interpolation is linear in log-log. source: of the table, for messages; youngs_modulus: of the
-    table's rubber, Pa, if known.
+    source: of the table, for messages; youngs_modulus: of the table's rubber, Pa, if known.
     """
 
     source: str
-    pressure: tuple[float, ...]
-    k: tuple[float, ...]
-    D: tuple[float, ...]
-    H_V: tuple[float, ...]
+    k: LogCurve
+    D: LogCurve
+    H_V: LogCurve
     youngs_modulus: float | None = None
+
+    @property
+    def pressure(self) -> tuple[float, ...]:
+        """Pressures of the rows, Pa."""
+        return self.k.x
 
     def at_modulus(self, modulus: float) -> ContactTable:
         """The table of the same surface on rubber of another Young's modulus (Pa).
@@ -63,71 +66,26 @@ class ContactTable:
         """
         assert self.youngs_modulus is not None  # by Scene's validation
         stiffer = modulus / self.youngs_modulus
-        pressure = tuple(stiffer * p for p in self.pressure)
-        return replace(self, pressure=pressure, youngs_modulus=modulus)
+        k, D, H_V = (curve.scaled(stiffer) for curve in (self.k, self.D, self.H_V))
+        return ContactTable(self.source, k, D, H_V, modulus)
 
     def __call__(self, pressure: ArrayLike) -> ContactParameters:
-        """Evaluate at `pressure` (Pa, any shape; values below or above the table are clamped)."""
-        line = self._line(pressure)
-        k, dk_dp = self._contact_area(line)
-        return ContactParameters(k, _power_law(self.D, line), _power_law(self.H_V, line), dk_dp)
+        """Evaluate at `pressure` (Pa, any shape)."""
+        place = self.k.place(pressure)
+        k = self.k.at(place)
+        found = k, self.D.at(place), self.H_V.at(place), self.k.slope_at(place, k)
+        return ContactParameters(*found)
 
     def contact_area(self, pressure: ArrayLike) -> tuple[Array, Array]:
         """k alone at `pressure` (Pa, any shape), and its derivative by it, 1/Pa."""
-        return self._contact_area(self._line(pressure))
-
-    def _contact_area(self, line: _OnLine) -> tuple[Array, Array]:
-        k = _power_law(self.k, line)
-        return k, np.where(line.inside, self._slopes[line.interval] * k / line.pressure, 0.0)
-
-    @cached_property
-    def _nodes(self) -> Array:
-        return np.array(self.pressure)
-
-    @cached_property
-    def _spans(self) -> Array:
-        return np.log(self._nodes[1:] / self._nodes[:-1])
-
-    @cached_property
-    def _slopes(self) -> Array:
-        return np.log(_steps(self.k)[1]) / self._spans
-
-    def _line(self, pressure: ArrayLike) -> _OnLine:
-        nodes, given = self._nodes, np.asarray(pressure, dtype=float)
-        p = np.minimum(np.maximum(given, nodes[0]), nodes[-1])
-        i = np.minimum(nodes.searchsorted(p, side="right") - 1, nodes.size - 2)
-        inside = (given > nodes[0]) & (given < nodes[-1])
-        return _OnLine(i, np.log(p / nodes[i]) / self._spans[i], p, inside)
+        place = self.k.place(pressure)
+        k = self.k.at(place)
+        return k, self.k.slope_at(place, k)
 
     def outside(self, pressure: ArrayLike) -> Mask:
         """Where `pressure` (Pa) lies outside the table's range, to rounding."""
         p = np.asarray(pressure)
         return (p < self.pressure[0] * (1 - 1e-9)) | (p > self.pressure[-1] * (1 + 1e-9))
-
-
-class _OnLine(NamedTuple):
-    """Position of pressures in a table.
-
-    Interval, position in it, clamped pressure (Pa), and whether the pressure is inside the table.
-    """
-
-    interval: Index
-    fraction: Array
-    pressure: Array
-    inside: Mask
-
-
-def _power_law(values: tuple[float, ...], line: _OnLine) -> Array:
-    """Log-log linear interpolation between the `values` of a table."""
-    at, steps = _steps(values)
-    return np.asarray(at[line.interval] * steps[line.interval] ** line.fraction)
-
-
-@lru_cache
-def _steps(values: tuple[float, ...]) -> tuple[Array, Array]:
-    """The `values` of a table as an array, and ratios of successive values."""
-    at = np.array(values)
-    return at, at[1:] / at[:-1]
 
 
 @dataclass(frozen=True)
@@ -201,6 +159,6 @@ def read_contact_table(path: Path, key: str) -> ContactTable:
             f"{table.said}: youngs_modulus_Pa is {moduli.min():g} to {moduli.max():g}; allowed: "
             "the same in all rows, that of the rubber which the table is of"
         )
-    pressure, k, D, H_V = zip(*rows, strict=True)
-    modulus = None if moduli is None else float(moduli[0])
-    return ContactTable(path.name, pressure, k, D, H_V, modulus)
+    pressure, *columns = zip(*rows, strict=True)
+    k, D, H_V = (LogCurve(pressure, column) for column in columns)
+    return ContactTable(path.name, k, D, H_V, None if moduli is None else float(moduli[0]))

@@ -1,7 +1,4 @@
-"""How a load changes in time: rows of times and values, linear or smooth between, and its integral.
-
-Values are constant before the first and after the last row.
-"""
+"""How a load changes in time: a curve, its corners and its means over a run."""
 
 from __future__ import annotations
 
@@ -13,11 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.curve import Curve, SmoothCurve
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # slow to import, and only rows need it
     from scipy.interpolate import PPoly
 
-# scipy.interpolate is slow to import, and only tables need it.
 _SAME = 1e-12  # tolerance of equal times, relative to the duration
 # Largest deviation of loads from lines between the ends of steps, over the tolerance. mu follows
 # speed and pressure instantly, so this is also its error.
@@ -26,63 +23,55 @@ SAMPLED = 0.3
 
 @dataclass(frozen=True)
 class Course:
-    """Values (SI) at ascending `times` (s), for a run of `duration` (s).
+    """A `curve` of values (SI) over time (s), for a run of `duration` (s).
 
-    Between rows it is linear, or with `smooth` a monotone cubic (PCHIP with zero slope at both
-    ends: continuous slope, no overshoot). One value without times is constant. `within`: largest
-    deviation of lines between kinks from the rows, relative to the largest value.
+    `within`: largest deviation of lines between kinks from the rows, relative to the largest value.
     """
 
-    times: tuple[float, ...]
-    values: tuple[float, ...]
+    curve: Curve
     duration: float
-    smooth: bool = False
     within: float = 0.0
 
     @property
     def is_constant(self) -> bool:
         """Whether it has one value throughout."""
-        return len(self.values) == 1
+        return self.curve.is_constant
 
     def __call__(self, time: ArrayLike) -> Array:
         """Value at `time` (s, any shape)."""
-        t = np.asarray(time, dtype=float)
-        if self.is_constant:
-            return np.full_like(t, self.values[0])
-        inside = self._pieces(np.clip(t, self.times[0], self.times[-1]))
-        inside = np.clip(inside, *self._range)  # against rounding
-        return np.where(t < self.times[-1], inside, self.values[-1])
+        return np.clip(self.curve(time), *self._range)  # against rounding
 
     def at(self, time: float) -> float:
         """Value at `time` (s)."""
-        return self.values[0] if self.is_constant else float(self(time))
+        return self.curve.values[0] if self.is_constant else float(self(time))
 
     def slope(self, time: float) -> float:
         """Rate of change just before `time` (s), unit per s."""
-        if self.is_constant or not self.times[0] < time <= self.times[-1]:
+        x = self.curve.x
+        if not x[0] < time <= x[-1]:
             return 0.0
-        before = np.searchsorted(self.times, time * (1.0 - _SAME)) - 1
-        t, (c3, c2, c1, _) = time - self.times[before], self._cubic[:, before]
+        before = np.searchsorted(x, time * (1.0 - _SAME)) - 1
+        t, (c3, c2, c1, _) = time - x[before], self.curve.pieces[:, before]
         return float((3.0 * c3 * t + 2.0 * c2) * t + c1)
 
     def bend(self, time: float) -> float:
         """Jump of the rate of change at `time` (s), unit per s."""
-        if self.is_constant or self.smooth:
+        if isinstance(self.curve, SmoothCurve):
             return 0.0
-        slopes = np.concatenate([[0.0], np.diff(self.values) / np.diff(self.times), [0.0]])
-        here = np.abs(np.array(self.times) - time) <= _SAME * self.duration
+        slopes = np.concatenate([[0.0], self.curve.pieces[2], [0.0]])
+        here = np.abs(self.curve.arrays[0] - time) <= _SAME * self.duration
         return float(np.diff(slopes) @ here)
 
     def integral(self, time: float) -> float:
         """Integral from 0 to `time` (s), exact."""
         if self.is_constant:
-            return self.values[0] * time
+            return self.curve.values[0] * time
         return float(self._primitive(time)) - float(self._primitive(0.0))
 
     def mean_between(self, start: float, end: float) -> float:
         """Mean from `start` to `end` (s)."""
         if self.is_constant:
-            return self.values[0]
+            return self.curve.values[0]
         mean = (self.integral(end) - self.integral(start)) / (end - start)
         low, high = self._range
         return min(max(mean, low), high)  # against rounding
@@ -90,8 +79,6 @@ class Course:
     def next_corner(self, time: ArrayLike) -> Array:
         """The first row after `time` (s, any shape), infinite if there is none before the end."""
         t = np.asarray(time, dtype=float)
-        if self.is_constant:
-            return np.full_like(t, np.inf)
         later = np.searchsorted(self.corners, t + _SAME * self.duration, side="right")
         return np.append(self.corners, np.inf)[later]
 
@@ -106,14 +93,14 @@ class Course:
         if not self.within or len(inside) < 2:
             return inside
         times = np.array([0.0, *inside, self.duration])
-        kept = _corners(times, self(times), self.within * max(self.values))
+        kept = _corners(times, self(times), self.within * max(self.curve.values))
         return tuple(times[kept[1:-1]].tolist())
 
     @cached_property
     def _times_inside(self) -> tuple[float, ...]:
         """All rows within the run, s."""
         end = self.duration * (1.0 - _SAME)
-        return tuple(time for time in self.times if 0.0 < time < end)
+        return tuple(time for time in self.curve.x if 0.0 < time < end)
 
     @property
     def first(self) -> float:
@@ -143,39 +130,19 @@ class Course:
     @cached_property
     def _range(self) -> tuple[float, float]:
         """Least and largest of all rows."""
-        return min(self.values), max(self.values)
-
-    @cached_property
-    def _cubic(self) -> Array:
-        """Coefficients of the pieces, highest power first, (4, rows - 1)."""
-        if self.smooth:
-            from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
-
-            slopes = np.zeros(len(self.times))  # at the ends, beyond which their values hold
-            if len(self.times) > 2:
-                slopes[1:-1] = PchipInterpolator(self.times, self.values)(self.times[1:-1], 1)
-            return np.asarray(CubicHermiteSpline(self.times, self.values, slopes).c)
-        slopes = np.diff(self.values) / np.diff(self.times)
-        nothing = np.zeros_like(slopes)
-        return np.stack([nothing, nothing, slopes, np.array(self.values[:-1])])
-
-    @cached_property
-    def _pieces(self) -> PPoly:
-        from scipy.interpolate import PPoly
-
-        return PPoly(self._cubic, self.times)
+        return min(self.curve.values), max(self.curve.values)
 
     @cached_property
     def _primitive(self) -> PPoly:
         """Primitive over the whole run, with the ends' values outside the rows."""
         from scipy.interpolate import PPoly
 
-        ends = np.array([min(self.times[0], 0.0) - 1.0, max(self.times[-1], self.duration) + 1.0])
-        held = np.zeros((4, 1))
-        first, last = held.copy(), held.copy()
-        first[-1], last[-1] = self.values[0], self.values[-1]
-        pieces = np.hstack([first, self._cubic, last])
-        return PPoly(pieces, np.concatenate([ends[:1], self.times, ends[1:]])).antiderivative()
+        x, values = self.curve.arrays
+        ends = np.zeros((2, 4, 1))
+        ends[:, -1, 0] = values[[0, -1]]
+        pieces = np.hstack([ends[0], self.curve.pieces, ends[1]])
+        beyond = min(x[0], 0.0) - 1.0, max(x[-1], self.duration) + 1.0
+        return PPoly(pieces, np.array([beyond[0], *x, beyond[1]])).antiderivative()
 
 
 def _corners(times: Array, values: Array, near: float) -> NDArray[np.intp]:

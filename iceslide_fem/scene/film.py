@@ -12,15 +12,15 @@ from iceslide_fem.runtime.files import is_regular
 from iceslide_fem.runtime.tables.columns import Wanted, read_columns
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene.contact_table import read_contact_table
-from iceslide_fem.scene.input_file import InputFile
-from iceslide_fem.scene.rows import RowsOf
-from iceslide_fem.scene.shear_strength import (
+from iceslide_fem.scene.dry_shear import (
     DRY_STRESS,
     RESIDUAL,
     SOFTENING,
     USUAL_RESIDUAL,
     DryShear,
 )
+from iceslide_fem.scene.input_file import InputFile
+from iceslide_fem.scene.rows import RowsOf
 from iceslide_fem.scene.units import Quantity, Table, key
 
 if TYPE_CHECKING:  # takes long to import, and only tables need it

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import field_validator, model_validator
 
 from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.curve import Curve
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.materials import (
@@ -19,9 +19,8 @@ from iceslide_fem.scene.materials import (
     Ground,
     Layer,
     Solid,
-    ViscosityTable,
 )
-from iceslide_fem.scene.rows import Rows, RowsOf
+from iceslide_fem.scene.rows import Rows, RowsOf, check_falls
 from iceslide_fem.scene.units import Name, Quantity, Table, key
 
 WARMEST = 1e-3  # K below its melting temperature
@@ -164,7 +163,9 @@ class Ice(Table):
     @property
     def solid(self) -> Solid:
         """Thermal properties of the ice at its initial temperature."""
-        return Solid(*(self._value(getattr(self, name)) for name in Solid._fields))
+        return Solid(
+            *(float(Curve.of(getattr(self, name))(self.temperature)) for name in Solid._fields)
+        )
 
     @property
     def stack(self) -> tuple[Layer, ...]:
@@ -194,10 +195,7 @@ class Ice(Table):
 
     def water_at(self, x: Array) -> Array:
         """Water (m) at positions `x` (m) on the ice, any shape; constant beyond the rows."""
-        if not isinstance(self.water, tuple):
-            return np.full_like(x, self.water)
-        places, heights = zip(*self.water, strict=True)
-        return np.interp(x, places, heights)
+        return Curve.of(self.water)(x)
 
     @property
     def is_half_space(self) -> bool:
@@ -208,13 +206,6 @@ class Ice(Table):
     def has_rows(self) -> bool:
         """Whether a property depends on temperature."""
         return isinstance(self.conductivity, tuple) or isinstance(self.heat_capacity, tuple)
-
-    def _value(self, given: float | Rows) -> float:
-        """A property at the initial temperature, from a number or rows (constant outside)."""
-        if not isinstance(given, tuple):
-            return given
-        kelvin, values = zip(*given, strict=True)
-        return float(np.interp(self.temperature, kelvin, values))
 
 
 class Water(Table):
@@ -238,23 +229,17 @@ class Water(Table):
         return viscosity
 
     @property
-    def table(self) -> ViscosityTable | None:
+    def table(self) -> Curve | None:
         """Viscosity over the film's temperature; None for a constant."""
         return viscosity_table(self.viscosity, "water.viscosity")
 
 
-def viscosity_table(given: float | Rows, key: str) -> ViscosityTable | None:
-    """Rows of a viscosity as a table, None for a number.
+def viscosity_table(given: float | Rows, key: str) -> Curve | None:
+    """Rows of a viscosity (Pa s) over temperature (K) as a curve, None for a number.
 
     Raises ValueError with `key` if the viscosity rises with temperature.
     """
     if not isinstance(given, tuple):
         return None
-    for number, (colder, warmer) in enumerate(pairwise(given), start=1):
-        if warmer[1] > colder[1]:
-            raise ValueError(
-                f"{key} rises from row {number} to row {number + 1}: water gets thinner as it gets "
-                "warmer; allowed: viscosities that fall, or stay as they are"
-            )
-    kelvin, values = zip(*given, strict=True)
-    return ViscosityTable(kelvin, values)
+    check_falls(given, key, "water gets thinner as it gets warmer; allowed: viscosities")
+    return Curve.of(given)

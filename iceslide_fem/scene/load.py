@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
+from iceslide_fem.runtime.curve import Curve, SmoothCurve
 from iceslide_fem.scene.course import Course
 from iceslide_fem.scene.rows import Rows, RowsOf
 from iceslide_fem.scene.units import Quantity, Table, key
@@ -72,7 +73,7 @@ class Load(Table):
         for name, unit, low, high in (("pressure", "Pa", 1e3, 1e7), ("speed", "m/s", 1e-6, 100.0)):
             course: Course = getattr(self, f"{name}s")
             scale, given = getattr(self, f"{name}_scale"), getattr(self, name)
-            most, least = max(course.values), min(course.values)
+            most, least = max(course.curve.values), min(course.curve.values)
             if most > high * (1 + 1e-9) or (scale != 1.0 and 0.0 < least < low * (1 - 1e-9)):
                 raise ValueError(
                     f"load.{name}_scale = {scale:g} leads out of range: load.{name} becomes "
@@ -112,13 +113,11 @@ class Load(Table):
         """Whether pressure or speed change in time."""
         return not (self.pressures.is_constant and self.speeds.is_constant)
 
-    def _course(self, given: Any, scale: float) -> Course:
-        if not isinstance(given, tuple):
-            return Course((), (given * scale,), self.duration)
-        return _rows_course(given, scale, self.duration, self.interpolation == "smooth")
+    def _course(self, given: float | Rows, scale: float) -> Course:
+        return _course(given, scale, self.duration, self.interpolation == "smooth")
 
 
 @lru_cache(maxsize=64)
-def _rows_course(rows: Rows, scale: float, duration: float, smooth: bool) -> Course:
-    times, values = zip(*rows, strict=True)
-    return Course(times, tuple(scale * value for value in values), duration, smooth)
+def _course(given: float | Rows, scale: float, duration: float, smooth: bool) -> Course:
+    kind = SmoothCurve if smooth and isinstance(given, tuple) else Curve
+    return Course(kind.of(given).scaled(values=scale), duration)

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from iceslide_fem.runtime.arrays import Array, Index
+from iceslide_fem.runtime.arrays import Index
+from iceslide_fem.runtime.curve import LogCurve
 from iceslide_fem.scene.contact_table import ContactTable
 
 BAR = 1.0e5
@@ -112,21 +112,6 @@ def rubber_solid(
 
 
 @dataclass(frozen=True)
-class ViscosityTable:
-    """Viscosity of water (Pa s) over ascending temperatures (K); it must not rise.
-
-    Linear between rows, constant outside.
-    """
-
-    temperature: tuple[float, ...]
-    viscosity: tuple[float, ...]
-
-    def __call__(self, temperature: ArrayLike) -> Array:
-        """eta (Pa s) at temperatures (K) of any shape."""
-        return np.asarray(np.interp(np.asarray(temperature), self.temperature, self.viscosity))
-
-
-@dataclass(frozen=True)
 class MooneyRivlin:
     """Constants of W = C10 (I1bar - 3) + C01 (I2bar - 3) + (J - 1)^2 / D1.
 
@@ -183,10 +168,9 @@ YOUNGS_MODULUS_ONLY = {name: E for name, E in YOUNGS_MODULUS.items() if name not
 CONTACT_TABLES = {
     "B": ContactTable(
         source="compound B, as published",
-        pressure=(1.0 * BAR, 5.0 * BAR),
-        k=(0.266, 0.405),
-        D=(29.0e-6, 46.5e-6),
-        H_V=(2.86e-6, 0.56e-6),
+        k=LogCurve.of([(1.0 * BAR, 0.266), (5.0 * BAR, 0.405)]),
+        D=LogCurve.of([(1.0 * BAR, 29.0e-6), (5.0 * BAR, 46.5e-6)]),
+        H_V=LogCurve.of([(1.0 * BAR, 2.86e-6), (5.0 * BAR, 0.56e-6)]),
         youngs_modulus=YOUNGS_MODULUS["B"],
     )
 }

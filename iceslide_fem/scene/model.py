@@ -9,17 +9,16 @@ from dataclasses import astuple, replace
 from pathlib import Path
 from typing import Any, Self
 
-import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import model_validator
 
 from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.curve import Curve
 from iceslide_fem.scene.contact_table import ConstantContact, ContactTable, read_contact_table
 from iceslide_fem.scene.contradictions import check_contradictions
 from iceslide_fem.scene.fields import html_table
 from iceslide_fem.scene.materials import BAR, COMPOUNDS, CONTACT_TABLES, MooneyRivlin
 from iceslide_fem.scene.rubber import check_bulk
-from iceslide_fem.scene.shear_strength import ShearStrength
 from iceslide_fem.scene.tables import Tables
 
 FILE_KEYS = (
@@ -59,27 +58,7 @@ class Scene(Tables):
 
     def height_on(self, temperature: ArrayLike) -> Array:
         """h0 (m) on ice of `temperature` (K), any shape; rows are linear, constant outside."""
-        given, here = self.film.initial_height, np.asarray(temperature, dtype=float)
-        if not isinstance(given, tuple):
-            return np.full_like(here, given)
-        kelvin, heights = zip(*given, strict=True)
-        return np.asarray(np.interp(here, kelvin, heights))
-
-    @property
-    def shear_strength(self) -> ShearStrength | None:
-        """tau_b of dry rubber on this ice; None without a limit of the shear."""
-        return self.film.dry_shear.strength(self.ice.melting_temperature)
-
-    def shearing_height(self, speed: float) -> float:
-        """h0 + eta v / tau_b (m): height of a water film with the initial shear of the contact.
-
-        speed: slip speed, m/s.
-        """
-        strength = self.shear_strength
-        if strength is None:
-            return self.initial_height
-        coldness = np.array([self.ice.melting_temperature - self.ice.temperature])
-        return self.initial_height + self.viscosity * speed / float(strength(coldness)[0])
+        return Curve.of(self.film.initial_height)(temperature)
 
     @property
     def viscosity(self) -> float:

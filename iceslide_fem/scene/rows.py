@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -89,7 +90,7 @@ class RowsOf:
                 raise _fault(
                     f"row {number}{where}, {json.dumps(pair)}: {error.message()}"
                 ) from None
-        for number, (before, after) in enumerate(zip(rows[:-1], rows[1:], strict=True), start=1):
+        for number, (before, after) in enumerate(pairwise(rows), start=1):
             if not after[0] > before[0]:
                 raise _fault(f"{self.what} must rise from row {number} to row {number + 1}{where}")
         return tuple(rows)
@@ -118,6 +119,16 @@ class RowsOf:
                 when_used="json",
             ),
         )
+
+
+def check_falls(rows: Rows, key: str, why: str) -> None:
+    """Raise ValueError with `key` and the reason if values rise with temperature."""
+    for number, (colder, warmer) in enumerate(pairwise(rows), start=1):
+        if warmer[1] > colder[1]:
+            raise ValueError(
+                f"{key} rises from row {number} to row {number + 1}: {why} that fall, or stay as "
+                "they are"
+            )
 
 
 def _tidy(value: float) -> float:

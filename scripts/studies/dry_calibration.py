@@ -25,11 +25,11 @@ from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
 
 from iceslide_fem.film.point import Conditions, PointResult, simulate
+from iceslide_fem.film.shear_strength import ShearStrength
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene.contact_table import read_contact_table
 from iceslide_fem.scene.materials import BAR
-from iceslide_fem.scene.shear_strength import ShearStrength
 from scripts.studies.common import ROOT, options, table
 
 LENGTH = 20e-3  # m, of a tread block

@@ -20,12 +20,12 @@ from iceslide_fem import reference
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.passes import Passes, column_for, frozen, next_start, simulate_passes
 from iceslide_fem.film.point_conditions import Conditions
+from iceslide_fem.film.shear_strength import ShearStrength
 from iceslide_fem.output.table import PassRow
 from iceslide_fem.postprocess.results.quantities import BLUE, GREEN, ORANGE, PURPLE
 from iceslide_fem.runs.point import point_history
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import BOTTOMLESS, MELTING_TEMPERATURE
-from iceslide_fem.scene.shear_strength import ShearStrength
 from scripts.studies.common import case, draw, options, picture_options, table
 
 SHOWN = (1, 2, 3, 10, 50)

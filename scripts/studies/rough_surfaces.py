@@ -128,7 +128,7 @@ def found(values: Array, definition: Definition, realisations: int) -> Array:
 
 def misfit(target: Target, parameters_found: Array) -> tuple[Array, float]:
     """Logarithmic differences after the best scaling of the surface, and that scale."""
-    wanted = np.array([[B.k[0], target.k_5bar], B.D, B.H_V])
+    wanted = np.array([[B.k.values[0], target.k_5bar], B.D.values, B.H_V.values])
     difference = np.log(parameters_found / wanted)
     lengths = target.weight[1:]
     scale = -float((lengths * difference[1:]).sum() / lengths.sum())

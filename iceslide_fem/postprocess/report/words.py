@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-import numpy as np
-
 from iceslide_fem.postprocess.report.page import Cell, Section, Table, Text, cells
 from iceslide_fem.postprocess.results import Run
 from iceslide_fem.postprocess.results.run_directory import load_range
+from iceslide_fem.runtime.curve import Curve
 from iceslide_fem.runtime.errors import IceslideError, SceneError
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import Scene, flat, scene_from_dict, unit_of
@@ -87,9 +86,7 @@ def _law(scene: Mapping[str, Any], film: Mapping[str, Any]) -> str:
     """Sentence on the friction law: the film, or another law."""
     law = scene.get("friction", {}).get("law", "film")
     if law == "film":
-        height = film["initial_height"]
-        if isinstance(height, list):  # rows over the ice's temperature
-            height = np.interp(scene["ice"]["temperature"], *np.transpose(height))
+        height = float(Curve.of(film["initial_height"])(scene["ice"]["temperature"]))
         return f"The film begins with {NM * height:.4g} nm."
     return f"Friction is that of the law {law} in place of the film."
 

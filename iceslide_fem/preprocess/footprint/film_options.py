@@ -11,6 +11,7 @@ import numpy as np
 from pydantic import model_validator
 
 from iceslide_fem.film.contact_age import contact_age
+from iceslide_fem.film.shear_strength import shear_strength
 from iceslide_fem.preprocess.footprint.option_values import Length
 from iceslide_fem.preprocess.footprint.ride import Ride
 from iceslide_fem.runtime.errors import SceneError
@@ -122,7 +123,7 @@ class FilmOptions(CommandOptions):
     @property
     def rubs_without_melting(self) -> bool:
         """Whether there is dry friction, or water, on ice that does not melt."""
-        return self.law.shear_strength is not None or self.law.ice.is_wet
+        return shear_strength(self.law) is not None or self.law.ice.is_wet
 
     @property
     def files(self) -> list[Path]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from iceslide_fem.film.shear_strength import ShearStrength
 from iceslide_fem.preprocess.footprint.macroscopic import HeatModel, Macroscopic, heat_model
 from iceslide_fem.preprocess.footprint.passing import FilmMap, film_map
 from iceslide_fem.preprocess.footprint.pressure_map import GaussianLine, PressureMap
@@ -17,7 +18,6 @@ from iceslide_fem.preprocess.footprint.ride import FIRST_HEIGHT, Ride
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.contact_table import ConstantContact, ContactTable
-from iceslide_fem.scene.shear_strength import ShearStrength
 
 LINE_PIXELS = 540  # of a generated profile
 

@@ -11,13 +11,14 @@ from iceslide_fem.film.carrying import CarryingLoads
 from iceslide_fem.film.contact_age import ContactAge, contact_age
 from iceslide_fem.film.limiting_shear import LimitingShear
 from iceslide_fem.film.loads import FilmLoads
+from iceslide_fem.film.shear_strength import ShearStrength, shear_strength
 from iceslide_fem.film.viscosity import VariableViscosity
 from iceslide_fem.film.voids import Voids
 from iceslide_fem.runtime.arrays import Array, Index
+from iceslide_fem.runtime.curve import Curve
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.contact_table import ConstantContact, ContactTable
-from iceslide_fem.scene.materials import ICE, WATER_VISCOSITY, Solid, ViscosityTable
-from iceslide_fem.scene.shear_strength import ShearStrength
+from iceslide_fem.scene.materials import ICE, WATER_VISCOSITY, Solid
 
 
 class WetIce(NamedTuple):
@@ -71,7 +72,7 @@ class Ride(NamedTuple):
     temperature: float | Array
     initial_height: float | Array = FIRST_HEIGHT
     solid: Solid = ICE
-    viscosity: float | ViscosityTable = WATER_VISCOSITY
+    viscosity: float | Curve = WATER_VISCOSITY
     water_speed: float = 1.0
     strength: ShearStrength | None = None
     age: ContactAge | None = None
@@ -99,7 +100,7 @@ class Ride(NamedTuple):
             law.ice.solid,
             law.water.table or law.water.viscosity,
             film.water_speed,
-            law.shear_strength,
+            shear_strength(law),
             age and replace(age, holds=False),
             WetIce(law.ice.water, lug) if film.voids == "carry" else None,
         )
@@ -109,7 +110,7 @@ class Ride(NamedTuple):
         """Limit of the shear of the films, or None."""
         if self.strength is None:
             return None
-        assert not isinstance(self.viscosity, ViscosityTable)
+        assert not isinstance(self.viscosity, Curve)
         fastest = float(np.max(self.sliding_speed))
         return LimitingShear.of(self.strength, self.viscosity, fastest)
 
@@ -139,13 +140,13 @@ class Ride(NamedTuple):
     def water(self, lines: int) -> tuple[Array, VariableViscosity | None]:
         """Viscosity of every line (Pa s), (lines,), and its temperature dependence, or None."""
         viscosity = np.broadcast_to(self.viscosity_at(self.temperature), (lines,)).copy()
-        if not isinstance(self.viscosity, ViscosityTable):
+        if not isinstance(self.viscosity, Curve):
             return viscosity, None
         return viscosity, VariableViscosity(self.viscosity, viscosity)
 
     def viscosity_at(self, temperature: float | Array) -> Array:
         """Viscosity of the water (Pa s) at temperatures (K) of any shape."""
         given = self.viscosity
-        if isinstance(given, ViscosityTable):
+        if isinstance(given, Curve):
             return given(temperature)
         return np.full_like(np.asarray(temperature, dtype=float), given)

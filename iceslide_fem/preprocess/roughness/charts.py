@@ -80,7 +80,7 @@ def _parameter(
             for mark, end in (("-", lower), ("+", values + spread)):
                 curves.append(Curve(f"{mark} one standard deviation", p, end, look + 12))
     printed = CONTACT_TABLES["B"]
-    bars, published = np.array(printed.pressure) / BAR, factor * np.array(getattr(printed, name))
+    bars, published = np.array(printed.pressure) / BAR, factor * getattr(printed, name).arrays[1]
     curves.append(Curve(READ, bars, published, 4, True))
     first = results[-1].mean
     low, high = (factor * float(getattr(first, name)[end]) for end in (0, -1))

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from iceslide_fem.film.doubts import WITHOUT_MELTING
+from iceslide_fem.runs.notes import ENVELOPE, LARGEST_FRICTION
 from iceslide_fem.runtime.units import readable
 from iceslide_fem.scene import Scene
-from iceslide_fem.scene.notes import ENVELOPE, LARGEST_FRICTION
 from iceslide_fem.workflow.planning.cost import point_rows
 
 

@@ -7,6 +7,7 @@ from math import sqrt
 import numpy as np
 
 from iceslide_fem.film.loads import squeeze_rate
+from iceslide_fem.film.shear_strength import shear_strength, shearing_height
 from iceslide_fem.laws.interface_law import InterfaceLaw
 from iceslide_fem.laws.table import law_of
 from iceslide_fem.runs.simplifications import simplifications
@@ -108,8 +109,8 @@ def _film(scene: Scene, size: tuple[float, ...]) -> list[Row]:
     )
     contact = scene.contact_parameters(p)
     k, D, H_V = float(contact.k), float(contact.D), float(contact.H_V)
-    tau = k * eta * v / scene.shearing_height(v)
-    strength = scene.shear_strength
+    tau = k * eta * v / shearing_height(scene, v)
+    strength = shear_strength(scene)
     friction = "μ = k η v / (h₀ p)" if strength is None else "μ = τ / p, of film and dry shear"
     power = "k η v² / h₀" if strength is None else "τ v"
     return [

@@ -11,9 +11,9 @@ import numpy as np
 from iceslide_fem.film.conditions import exposure
 from iceslide_fem.film.contact_age import contact_age
 from iceslide_fem.film.limiting_shear import SHEAR_STRENGTH
+from iceslide_fem.film.shear_strength import ShearStrength
 from iceslide_fem.runtime.units import ZERO_CELSIUS, readable
 from iceslide_fem.scene import Scene
-from iceslide_fem.scene.shear_strength import ShearStrength
 from iceslide_fem.workflow.planning.cost import point_rows
 from iceslide_fem.workflow.planning.passes import Row
 

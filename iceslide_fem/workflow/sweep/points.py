@@ -10,6 +10,7 @@ import numpy as np
 
 from iceslide_fem.film.conditions import rubber_columns, scene_conditions, simulation_settings
 from iceslide_fem.film.point import Conditions, Record, simulate
+from iceslide_fem.film.shear_strength import shear_strength
 from iceslide_fem.output.table import PassRow
 from iceslide_fem.runs.point import point_doubts, point_history, point_summary
 from iceslide_fem.runtime.arrays import Array
@@ -92,7 +93,7 @@ def _shared(scene: Scene) -> tuple[Any, ...]:
     It has duration, settings, ground, number of rows and freezing of dry shear, and rubber columns,
     which start at the ice's temperature.
     """
-    ice, rubber, strength = scene.ice, scene.rubber, scene.shear_strength
+    ice, rubber, strength = scene.ice, scene.rubber, shear_strength(scene)
     heat: tuple[Any, ...] = ()
     if rubber.heat:
         film = scene.film.conductance, scene.water.conductivity

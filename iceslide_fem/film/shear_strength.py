@@ -1,21 +1,16 @@
-"""Shear strength tau_b of dry rubber on ice over the ice's surface temperature.
-
-A number tau_0 gives tau_0 min(1, (T_m + delta - T) / Delta); otherwise it is a table.
-"""
+"""Shear strength tau_b of dry rubber on ice over the ice's surface temperature."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from itertools import pairwise
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from iceslide_fem.runtime.arrays import Array, Index
-from iceslide_fem.runtime.units import readable
-from iceslide_fem.scene.rows import Rows, RowsOf
-from iceslide_fem.scene.units import Quantity
+from iceslide_fem.scene import Scene
+from iceslide_fem.scene.dry_shear import DryShear
 
 
 class ShearStrength(NamedTuple):
@@ -103,75 +98,28 @@ class ShearStrength(NamedTuple):
         return ShearStrength(*(column.take(index, axis=1, mode="clip") for column in self))
 
 
-DRY_STRESS = RowsOf(
-    "ice temperature",
-    Quantity("K", "-80 degC", "0.01 degC"),
-    Quantity("Pa", "1 Pa", "1 GPa"),
-    "0 Pa",
-)
-SOFTENING = Quantity("K", "0.01 K", "200 K")
-RESIDUAL = Quantity("K", "0 K", "200 K")
-USUAL_RESIDUAL = 0.5  # K
-THINNEST = 1e-9  # m, initial height of water films
+def strength_of(dry: DryShear, melting: float) -> ShearStrength | None:
+    """tau_b on ice that melts at `melting` (K); None without a limit."""
+    if dry.stress is None:
+        return None
+    if isinstance(dry.stress, tuple):
+        return ShearStrength.of_rows(dry.stress, melting)
+    softening = np.inf if dry.softening is None else dry.softening
+    return ShearStrength.softening(dry.stress, softening, dry.residual)
 
 
-class DryShear(NamedTuple):
-    """Input data of dry rubber on ice: keys of a scene's film, or options of a command.
+def shear_strength(scene: Scene) -> ShearStrength | None:
+    """tau_b of dry rubber on the ice of a scene; None without a limit of the shear."""
+    return strength_of(scene.film.dry_shear, scene.ice.melting_temperature)
 
-    stress: tau_b (Pa), a number or rows [T (K), tau_b], None without a limit of the film's shear;
-    softening, residual: fall of a number with temperature, K.
+
+def shearing_height(scene: Scene, speed: float) -> float:
+    """h0 + eta v / tau_b (m): height of a water film with the initial shear of the contact.
+
+    speed: slip speed, m/s.
     """
-
-    stress: float | Rows | None = None
-    softening: float | None = None
-    residual: float = USUAL_RESIDUAL
-
-    @property
-    def softens(self) -> bool:
-        """Whether the stress depends on temperature."""
-        if isinstance(self.stress, tuple):
-            return self.stress[-1][1] < self.stress[0][1]
-        return self.softening is not None and self.residual < self.softening
-
-    def strength(self, melting: float) -> ShearStrength | None:
-        """tau_b on ice that melts at `melting` (K); None without a limit."""
-        if self.stress is None:
-            return None
-        if isinstance(self.stress, tuple):
-            return ShearStrength.of_rows(self.stress, melting)
-        softening = np.inf if self.softening is None else self.softening
-        return ShearStrength.softening(self.stress, softening, self.residual)
-
-    def check(self, thinnest: float, named: Callable[[str], str]) -> None:
-        """Raise ValueError if these contradict each other or the initial film.
-
-        thinnest: its least height, m; named: function from keys to names that a user types.
-        """
-        rows, stress = isinstance(self.stress, tuple), named("dry_stress")
-        given = self.softening is not None, self.residual != USUAL_RESIDUAL
-        for key, is_given in zip(("dry_softening", "dry_residual"), given, strict=True):
-            if is_given and (rows or self.stress is None):
-                reason = f"rows of {stress}" if rows else f"no {stress}"
-                raise ValueError(
-                    f"{named(key)} and {reason} contradict each other: it says how a number of "
-                    f"dry_stress falls; allowed: {stress} as a number"
-                )
-        if isinstance(self.stress, tuple):
-            check_softens(self.stress, stress)
-        if thinnest < THINNEST and self.stress is None:
-            raise ValueError(
-                f"{named('initial_height')} = {readable(thinnest, 'm')} is out of range; allowed: "
-                f"1 nm to 10 um, or from 0 on with {stress}, which limits the shear of thin films"
-            )
-
-
-def check_softens(rows: Rows, key: str) -> None:
-    """Raise ValueError with `key` if the strength rises with temperature."""
-    for number, (colder, warmer) in enumerate(pairwise(rows), start=1):
-        if warmer[1] > colder[1]:
-            raise ValueError(
-                f"{key} rises from row {number} to row {number + 1}: ice gets softer as it gets "
-                "warmer; allowed: stresses that fall, or stay as they are"
-            )
-    if rows[0][1] == 0.0:
-        raise ValueError(f"{key} is 0 in all rows; allowed: more than 0 where ice is coldest")
+    strength = shear_strength(scene)
+    if strength is None:
+        return scene.initial_height
+    coldness = np.array([scene.ice.melting_temperature - scene.ice.temperature])
+    return scene.initial_height + scene.viscosity * speed / float(strength(coldness)[0])

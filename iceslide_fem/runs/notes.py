@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from math import pi, sqrt
 
+from iceslide_fem.film.shear_strength import shearing_height
 from iceslide_fem.relaxation.doubts import of_fit, of_use
 from iceslide_fem.runtime.units import ZERO_CELSIUS, readable
 from iceslide_fem.scene.materials import BAR
@@ -200,7 +201,7 @@ def _friction(scene: Scene) -> list[str]:
     if scene.friction.law != "film":
         return []
     p, v = scene.load.pressures.first, scene.load.speeds.first
-    height = scene.shearing_height(v)
+    height = shearing_height(scene, v)
     if not height:
         return []
     friction = float(scene.contact_parameters(p).k) * scene.viscosity * v / (height * p)
