@@ -227,11 +227,11 @@ def test_a_footprint_takes_ice_and_water_of_its_own():
     given = {"image": "a.png", "length": "0.1", "width": "0.1", "max_pressure": "4bar"}
     own = {"ice_material": "2,900,2000", "melting_temperature": "-2degC", "viscosity": "2mPa*s"}
     case = FootprintCase.of(given | own)
-    ride = case.ride
+    ride = case.ride()
     assert ride.solid == Solid(2.0, 900.0, 2000.0, 271.15, ICE.latent_heat)
     assert ride.viscosity == 2e-3
-    assert FootprintCase.of(given).ride.solid == ICE
-    with pytest.raises(SceneError, match="not below --melting-temperature -5 degC"):
+    assert FootprintCase.of(given).ride().solid == ICE
+    with pytest.raises(SceneError, match="not below --melting-temperature = -5 degC"):
         FootprintCase.of(given | {"melting_temperature": "-5degC"})
 
 
@@ -336,7 +336,7 @@ def test_points_and_footprints_take_a_table_of_viscosities(tmp_path):
     path.write_text("water temperature (degC), viscosity (mPa s)\n-10,2.64\n-5,2.14\n0,1.79\n")
     line = {"line": str(path), "viscosity": str(path), "speed": "3"}
     case = FootprintCase.of(line)
-    ride = case.ride
+    ride = case.ride()
     assert ride.viscosity == table
     contact = ConstantContact(0.266, 29e-6, 2.86e-6)
     footprint = PressureMap(np.full((2, 70), 1e5), 3.0 * DURATION / 70, 1e-3)
