@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from iceslide_fem.output.summary import write_summary
 from iceslide_fem.output.table import PassRow, Table
-from iceslide_fem.postprocess.report.pass_charts import draw_run
+from iceslide_fem.postprocess.report.curves import draw_run
 from iceslide_fem.postprocess.results import Run, read_run
 from iceslide_fem.runs.checkpoint import FILE as CHECKPOINT
 from iceslide_fem.runs.checkpoint import Checkpoint, finish

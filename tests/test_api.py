@@ -14,7 +14,7 @@ from runs import write_run
 
 import iceslide_fem
 from iceslide_fem.api.runs import read_run as read_dataset
-from iceslide_fem.runtime.column_names import label_and_unit
+from iceslide_fem.runtime.columns import label_and_unit
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.progress import LongTask
 from iceslide_fem.scene.cases import cases_folder

@@ -172,9 +172,9 @@ def test_the_map_has_the_water(tmp_path):
     )
     maps = all_maps(survey(case, read_footprint(case)))
     contact = maps["contact"] > 0
-    assert (maps["water height (m)"][contact] > 0.0).all()
-    borne = maps["pressure of the water (Pa)"]
-    assert (borne[~contact] == 0.0).all() and (borne <= maps["pressure (Pa)"]).all()
+    assert (maps["water_height_m"][contact] > 0.0).all()
+    borne = maps["water_pressure_Pa"]
+    assert (borne[~contact] == 0.0).all() and (borne <= maps["pressure_Pa"]).all()
 
 
 def test_a_locked_wheel_is_the_footprint(line, tmp_path):

@@ -1,6 +1,7 @@
 """Ice of a depth on layers and a base, below single points: elements, closed forms, scenes."""
 
 import json
+import math
 
 import numpy as np
 import pytest
@@ -14,12 +15,11 @@ from iceslide_fem.runs.model_levels import cheapest
 from iceslide_fem.runs.notes import notes
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import scene_from_dict
-from iceslide_fem.scene.materials import ICE, Ground, Layer, Solid
+from iceslide_fem.scene.materials import HEATED_LAYERS, ICE, Ground, Layer, Solid
 from iceslide_fem.scene.thermal_layers import (
     FIRST_LAYER,
     LAST_STRETCH,
     LAYER_RATIO,
-    layers,
     stacked_layers,
 )
 from iceslide_fem.workflow.sweep.points import simulate_points
@@ -47,9 +47,12 @@ def a_stack(*parts):
 
 
 @pytest.mark.parametrize("duration", [1e-4, 0.3, (1e-3, 0.3)])
-def test_a_half_space_has_the_elements_of_layers(duration):
+def test_a_half_space_has_growing_elements_as_deep_as_heat_reaches(duration):
     found = stacked_layers(a_stack((np.inf, ICE)), duration)
-    np.testing.assert_array_equal(found.thickness, layers(ICE.diffusivity, duration))
+    first = FIRST_LAYER * np.sqrt(ICE.diffusivity * np.min(duration))
+    total = HEATED_LAYERS * np.sqrt(ICE.diffusivity * np.max(duration))
+    count = math.ceil(np.log1p(total / first * (LAYER_RATIO - 1.0)) / np.log(LAYER_RATIO))
+    np.testing.assert_array_equal(found.thickness, first * LAYER_RATIO ** np.arange(count))
     assert not found.layer.any() and not found.base
 
 

@@ -36,7 +36,7 @@ from iceslide_fem.runtime.errors import SceneError  # noqa: E402
 from iceslide_fem.runtime.units import ZERO_CELSIUS  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 from iceslide_fem.scene.materials import ICE, Layer, Solid  # noqa: E402
-from iceslide_fem.scene.thermal_layers import layers, stacked_layers  # noqa: E402
+from iceslide_fem.scene.thermal_layers import stacked_layers  # noqa: E402
 
 pytestmark = [pytest.mark.fe, pytest.mark.versions]
 CASES = Path(__file__).parent.parent / "cases"
@@ -53,6 +53,11 @@ HALF_SPACE = (Layer("ice", np.inf, ICE),)
 def surface_of(dim, cells=3):
     """Lines of x (and y) on a surface of some cells."""
     return [np.linspace(0.0, LENGTH, cells + 1)] * (dim - 1)
+
+
+def half_space(solid, duration):
+    """Thickness of the elements of a half-space, downwards."""
+    return stacked_layers([Layer("body", np.inf, solid)], duration).thickness
 
 
 def downwards(thickness):
@@ -128,7 +133,7 @@ def rises_under_flux(equation, times, steps=24):
 @pytest.mark.parametrize("dim", [2, 3])
 def test_a_half_space_under_constant_flux(dim):
     times = np.array([0.7e-3, DURATION])
-    lines = [*surface_of(dim), downwards(layers(ICE.diffusivity, DURATION))]
+    lines = [*surface_of(dim), downwards(half_space(ICE, DURATION))]
     rises = rises_under_flux(equation_of(lines, HALF_SPACE), times)
     exact = constant_flux_rise(FLUX, times)[:, None]
     np.testing.assert_allclose(rises, np.broadcast_to(exact, rises.shape), rtol=3e-4)
@@ -162,7 +167,7 @@ def test_ice_that_passes_below_a_band_of_heat():
     """dT_max = 2 q sqrt(L / (pi v)) / e at the trailing edge, at high Peclet numbers."""
     band, speed, cell = 1e-3, 3.0, 1e-5
     line = np.arange(-0.2e-3, 1.2e-3 + 0.5 * cell, cell)
-    depths = layers(ICE.diffusivity, line.size * cell / speed)
+    depths = half_space(ICE, line.size * cell / speed)
     body = gmsh_model.distribute(
         upright(tagged_ice([line, downwards(depths)], HALF_SPACE)), MPI.COMM_SELF
     )
@@ -188,7 +193,7 @@ def test_ice_that_passes_below_a_band_of_heat():
 
 
 def test_bodies_pressed_together_meet_at_the_temperature_that_effusivities_weigh():
-    above, below = (layers(one.diffusivity, DURATION) for one in (ICE, STEEL))
+    above, below = (half_space(one, DURATION) for one in (ICE, STEEL))
     depth = float(above.sum())
     stack = (Layer("ice", depth, ICE), Layer("steel", np.inf, STEEL))
     lines = [*surface_of(2), downwards(np.append(above[::-1], below))]

@@ -7,7 +7,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from iceslide_fem.postprocess.report.pass_charts import draw_run
+from iceslide_fem.postprocess.report.curves import draw_run
 from iceslide_fem.postprocess.results import differences, field_files, read_run
 from iceslide_fem.postprocess.results.quantities import energy_unit
 from iceslide_fem.runtime.errors import SceneError
@@ -81,7 +81,7 @@ def test_differences_are_relative_and_at_the_times_of_the_other_run(tmp_path):
 
 
 def test_no_dolfinx_is_needed():
-    modules = "iceslide_fem.postprocess.report.pass_charts, iceslide_fem.postprocess.results.view"
+    modules = "iceslide_fem.postprocess.report.curves, iceslide_fem.postprocess.results.view"
     code = f"import sys, {modules}; print('dolfinx' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"

@@ -18,33 +18,9 @@ from iceslide_fem.preprocess.roughness.survey import columns
 from iceslide_fem.preprocess.wheel import command as wheels
 from iceslide_fem.preprocess.wheel.output import columns as slip_columns
 from iceslide_fem.preprocess.work import results_folder, run
-from iceslide_fem.runtime.column_names import attributes_of
+from iceslide_fem.runtime.columns import attributes_of
 from iceslide_fem.scene import flat
 from iceslide_fem.scene.fingerprint import versions_in_words
-
-# Columns by the names that the maps have in ParaView.
-MAPS = {
-    "pressure (Pa)": "pressure_Pa",
-    "contact": "contact",
-    "surface temperature (degC)": "surface_temperature_C",
-    "film height (m)": "film_height_m",
-    "squeezed-out height (m)": "squeezed_height_m",
-    "water height (m)": "water_height_m",
-    "pressure of the water (Pa)": "water_pressure_Pa",
-    "shear stress (Pa)": "shear_stress_Pa",
-    "mu": "mu",
-    "melting": "melting",
-    "saturated": "saturated",
-    "state (0 none, 1 dry, 2 mixed, 3 wet)": "state",
-    "outside the table": "outside_table",
-    "rise by (3.3) (K)": "rise_thesis_K",
-    "mu by (4.7) to (4.9), (3.3)": "mu_thesis",
-    "rise by the moving source (K)": "rise_moving_K",
-    "mu by (4.7) to (4.9), moving source": "mu_moving",
-    "distance to the colour bar": "distance_to_colours",
-    "rise as given (K)": "rise_given_K",
-    "mu by (4.7) to (4.9), as given": "mu_given",
-}
 
 
 def footprint(
@@ -87,8 +63,7 @@ def _maps(survey: Survey) -> Variables:
         return variables(footprints.line_columns(survey), "x_m")
     pixels = survey.read.pressure_map
     data = variables({"y_m": pixels.y}, "y_m") | variables({"x_m": pixels.x}, "x_m")
-    found = {MAPS[name]: values for name, values in footprints.all_maps(survey).items()}
-    return data | variables(found, ("y_m", "x_m"))
+    return data | variables(footprints.all_maps(survey), ("y_m", "x_m"))
 
 
 def roughness(

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from iceslide_fem.runtime.arrays import plain
-from iceslide_fem.runtime.column_names import attributes_of
+from iceslide_fem.runtime.columns import attributes_of
 from iceslide_fem.scene import override, put, read_scene, scene_from_dict
 from iceslide_fem.scene.cases import scene_path
 

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from iceslide_fem.postprocess.results.passes import sliding_time
+from iceslide_fem.postprocess.results.run_directory import sliding_time
 from iceslide_fem.runs.checkpoint import FILE as CHECKPOINT
 from iceslide_fem.runs.model_levels import resolved
 from iceslide_fem.runtime.arrays import Array

@@ -21,7 +21,7 @@ from iceslide_fem.mesh.tagged import TaggedMesh
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.materials import Layer
-from iceslide_fem.scene.thermal_layers import layers, node_depths, stacked_layers
+from iceslide_fem.scene.thermal_layers import node_depths, stacked_layers
 
 WINDOW_CELLS = 100  # along the block, where the ice slides
 MOST_CELLS = 4  # that the block may pass in a step, with at least one substep per cell
@@ -139,7 +139,8 @@ def ice_lines(scene: Any, surface: Sequence[Lines] | None = None) -> list[Lines]
     """
     lines = list(surface or patch_lines(scene))
     heated = heating_times(scene, float(np.ptp(lines[0])), scene.load.duration)
-    depths = node_depths(layers(scene.ice.solid.diffusivity, heated))
+    half_space = [Layer("ice", np.inf, scene.ice.solid)]
+    depths = node_depths(stacked_layers(half_space, heated).thickness)
     return [*lines, -depths[::-1]]
 
 

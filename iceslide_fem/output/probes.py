@@ -16,6 +16,7 @@ from iceslide_fem.output.history import interface_fields
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.stress import CellPoints, von_mises
 from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.columns import field_of
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 
@@ -24,11 +25,9 @@ INSIDE = 1e-8  # tolerance of a position beyond its cell, in reference coordinat
 MOST_ITERATIONS = 20
 # Column -> name in `interface_fields`.
 CONTACT_VALUES = {
-    "contact_pressure_Pa": "contact pressure (Pa)",
-    "friction_stress_Pa": "friction stress (Pa)",
-    "film_height_m": "film height (m)",
-    "temperature_C": "surface temperature (degC)",
-}
+    column: field_of(column)
+    for column in ("contact_pressure_Pa", "friction_stress_Pa", "film_height_m")
+} | {"temperature_C": field_of("surface_temperature_C")}
 
 
 class ProbeRow(NamedTuple):

@@ -25,68 +25,22 @@ except ImportError:  # not on Windows, where folders are not locked
     fcntl = None  # type: ignore[assignment]
 
 LOCK = ".lock"
-# Output of each command, as patterns of file names.
-RESULTS = {
-    "run": (
-        "checkpoint",  # first, so that no run continues from half-removed results
-        "checkpoint.*",
-        "finished",
-        "summary.json",
-        "stopped.txt",
-        "history.csv",
-        "passes.csv",
-        "preload.csv",
-        "passes.csv",
-        "probes.csv",
-        "log.jsonl",
-        "report.png",
-        "report.html",
-        "fields",
-        "view.gif",
-        "view.mp4",
-        "view_*.png",
-        "*.part",
-    ),
-    "sweep": ("sweep.csv", "sweep.nc", "mu_by_*.png", "map_*.png", "report.html", "cases"),
-    "ladder": ("ladder.png", "report.html", "point_*", "slice_*", "block_*"),
-    "footprint": (
-        "footprint.vti",
-        "pressure.png",
-        "temperature.png",
-        "film_height.png",
-        "wet_dry.png",
-        "mu.png",
-        "along.png",
-        "thesis.png",
-        "comparison.png",
-        "comparison.csv",
-        "line.csv",
-        "line.png",
-        "report.html",
-    ),
-    "roughness": (
-        "contact.csv",
-        "contact_*ms.csv",
-        "surface.json",
-        "map.png",
-        "contact.png",
-        "parameters.png",
-        "spectrum.png",
-    ),
-    "wheel": ("mu_slip.csv", "mu_slip.png", "stops.csv", "stops.png"),
-    "rubber": (
-        "rubber.toml",
-        "rubber.csv",
-        "rubber.json",
-        "shift_factors.csv",
-        "master_curve.png",
-        "shift_factors.png",
-        "temperature.png",
-        "relaxation.png",
-        "stress.png",
-        "report.html",
-    ),
-}
+# Output of the commands, as patterns of file names: of runs, sweeps and ladders, footprints and
+# wheels, surfaces, rubber. The checkpoint is the first, so that no run continues from half-removed
+# results.
+RESULTS = [
+    *"checkpoint checkpoint.* finished summary.json stopped.txt history.csv passes.csv".split(),
+    *"preload.csv probes.csv log.jsonl report.png report.html fields".split(),
+    *"view.gif view.mp4 view_*.png *.part".split(),
+    *"sweep.csv sweep.nc mu_by_*.png map_*.png cases".split(),
+    *"ladder.png point_* slice_* block_*".split(),
+    *"footprint.vti pressure.png temperature.png film_height.png wet_dry.png mu.png".split(),
+    *"along.png thesis.png comparison.png comparison.csv line.csv line.png".split(),
+    *"mu_slip.csv mu_slip.png stops.csv stops.png".split(),
+    *"contact.csv contact_*ms.csv surface.json map.png contact.png parameters.png".split(),
+    *"spectrum.png rubber.toml rubber.csv rubber.json shift_factors.csv master_curve.png".split(),
+    *"shift_factors.png relaxation.png stress.png".split(),
+]
 FOLDERS = ("fields", "cases", "point_*", "slice_*", "block_*")
 # Allowed beside results, and kept: scenes, and files of a queue or a sweep.
 BESIDE = ("*.toml", "*.log", "log.txt", "slurm-*", ".*")
@@ -171,7 +125,7 @@ def other_case(file: str, case: Mapping[str, Any], out: Path) -> str | None:
 def results_in(out: Path) -> list[Path]:
     """All results in `out`, of any command."""
     with _reading(out):
-        return [path for pattern in _patterns() for path in sorted(out.glob(pattern))]
+        return [path for pattern in RESULTS for path in sorted(out.glob(pattern))]
 
 
 def clear_results(out: Path, keep: Sequence[str] = ()) -> None:
@@ -193,11 +147,7 @@ def _is_known(path: Path) -> bool:
     """Whether a file is a result, or allowed beside results."""
     if path.is_dir() and not path.name.startswith("."):
         return any(path.match(pattern) for pattern in FOLDERS)
-    return any(path.match(pattern) for pattern in (*_patterns(), *BESIDE))
-
-
-def _patterns() -> list[str]:
-    return [pattern for patterns in RESULTS.values() for pattern in patterns]
+    return any(path.match(pattern) for pattern in (*RESULTS, *BESIDE))
 
 
 @contextlib.contextmanager

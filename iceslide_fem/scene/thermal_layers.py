@@ -6,7 +6,6 @@ at the surface, so elements start thin and grow. Each layer is a quadratic eleme
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -24,25 +23,6 @@ LAYER_RATIO = 1.4
 # Allowed excess thickness of the last element of a layer, over that of one more element. Without it
 # an element of a fifth of the thickness could remain.
 LAST_STRETCH = 0.25
-
-
-def layers(
-    diffusivity: float,
-    duration: ArrayLike,
-    first_layer: float = FIRST_LAYER,
-    ratio: float = LAYER_RATIO,
-    depth: float = HEATED_LAYERS,
-) -> Array:
-    """Thickness (m) of the layers below a surface that is heated for `duration` (s), downwards.
-
-    `first_layer` and `depth` are in thermal layers sqrt(alpha t) of the shortest and the longest
-    duration. Layers for two durations are those for the shorter one, and more below. diffusivity:
-    alpha, m2/s.
-    """
-    first = first_layer * np.sqrt(diffusivity * np.min(duration))
-    total = depth * np.sqrt(diffusivity * np.max(duration))
-    count = math.ceil(np.log1p(total / first * (ratio - 1.0)) / np.log(ratio))
-    return np.asarray(first * ratio ** np.arange(count))
 
 
 class StackedLayers(NamedTuple):
@@ -72,8 +52,7 @@ def stacked_layers(
     boundaries: the last element of a layer is thinner, or up to a quarter thicker. The stack is cut
     where heat does not reach. With heat from its base (`to_base`, finite stack) it is meshed whole,
     and graded from both faces to the middle. Elements for two durations are those for the shorter
-    one, and more below. A half-space, one layer of infinite thickness, has the elements of
-    `layers`.
+    one, and more below.
     """
     if to_base:
         upper, lower = (

@@ -18,15 +18,15 @@ from iceslide_fem.postprocess.report.page import Fields, Text, colours, plain
 from iceslide_fem.postprocess.results import Run, field_parts
 from iceslide_fem.postprocess.results.quantities import (
     CONTACT,
-    FILM,
+    HEIGHT,
     MISES,
     PRESSURE,
     ROBUST,
-    SURFACE,
     TEMPERATURE,
-    FieldQuantity,
+    WARMTH,
 )
 from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.columns import Quantity
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene.materials import BAR
@@ -45,7 +45,7 @@ def drawings_of(
     """Drawings of a run from its grids at some times; grids with too many cells are skipped."""
     flat = run.scene["model"] == "slice"
     coldest = run.scene["ice"]["temperature"] - ZERO_CELSIUS
-    quantities = (CONTACT, FILM, SURFACE)
+    quantities = (CONTACT, HEIGHT, WARMTH)
     drawings: list[Drawing] = []
     half = bool(rubber[0].points[:, 1].min() > -1e-9)
     if len(rubber[0].cells) <= CELLS:
@@ -97,7 +97,7 @@ def _slice(grids: list[Grid]) -> Drawing:
     )
 
 
-def _along(grids: list[Grid], quantity: FieldQuantity) -> Drawing:
+def _along(grids: list[Grid], quantity: Quantity) -> Drawing:
     """A quantity along the contact line of a slice."""
     frames, xs, ys = [], [], []
     for grid in grids:
@@ -124,7 +124,7 @@ def _along(grids: list[Grid], quantity: FieldQuantity) -> Drawing:
     }
 
 
-def _below(grids: list[Grid], quantity: FieldQuantity, half: bool, coldest: float) -> Drawing:
+def _below(grids: list[Grid], quantity: Quantity, half: bool, coldest: float) -> Drawing:
     """A quantity on the contact facets of a block, seen from above."""
     frames, seen = [], []
     for grid in grids:
@@ -139,7 +139,7 @@ def _below(grids: list[Grid], quantity: FieldQuantity, half: bool, coldest: floa
         f"On the contact surface, from above{MIRRORED if half else ''}; grey: no contact.",
         quantity.unit,
         quantity.colours,
-        [coldest, 0.0] if quantity is SURFACE else _range(seen, quantity is CONTACT),
+        [coldest, 0.0] if quantity is WARMTH else _range(seen, quantity is CONTACT),
         y="y (mm)",
         nothing=NOTHING,
         frames=frames,
@@ -200,7 +200,7 @@ def _ice(grids: list[Grid], flat: bool, coldest: float) -> list[Drawing]:
         ]
     title, ends = "Temperature of the ice below", [coldest, 0.0]
     more = {"kind": kind, "y": "z (µm)", "equal": False, "frames": frames}
-    return [_coloured("ice", title, says, "°C", SURFACE.colours, ends, **more)]
+    return [_coloured("ice", title, says, "°C", WARMTH.colours, ends, **more)]
 
 
 def _section(grid: Grid, flat: bool) -> Drawing | None:

@@ -7,10 +7,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from iceslide_fem.output.summary import word_of
-from iceslide_fem.postprocess.report.curves import QUANTITIES, TIME
+from iceslide_fem.postprocess.report.curves import QUANTITIES, TIME, charts_of_run
 from iceslide_fem.postprocess.report.field_drawings import fields_of
 from iceslide_fem.postprocess.report.page import Cell, Chart, Curve, Page, Section, Table, Text
-from iceslide_fem.postprocess.report.pass_charts import charts_of_run
 from iceslide_fem.postprocess.report.words import (
     LeftOut,
     again,
@@ -23,8 +22,7 @@ from iceslide_fem.postprocess.report.words import (
     section_again,
 )
 from iceslide_fem.postprocess.results import Run
-from iceslide_fem.postprocess.results.passes import sliding_time
-from iceslide_fem.postprocess.results.run_directory import read_table
+from iceslide_fem.postprocess.results.run_directory import read_table, sliding_time
 from iceslide_fem.runs.checkpoint import scene_there
 from iceslide_fem.runs.doubts import before_run
 from iceslide_fem.runtime.errors import SceneError

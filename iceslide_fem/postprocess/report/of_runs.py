@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from iceslide_fem.postprocess.report.curves import charts_of_runs
 from iceslide_fem.postprocess.report.of_run import of_error, results_of
 from iceslide_fem.postprocess.report.page import (
     Cell,
@@ -17,7 +18,6 @@ from iceslide_fem.postprocess.report.page import (
     Text,
     cells,
 )
-from iceslide_fem.postprocess.report.pass_charts import charts_of_runs
 from iceslide_fem.postprocess.report.words import (
     again,
     all_keys,

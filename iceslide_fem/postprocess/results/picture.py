@@ -19,7 +19,7 @@ from iceslide_fem.postprocess.results.quantities import (
     BLUE,
     CONTACT,
     EDGES,
-    FILM,
+    HEIGHT,
     ICE,
     MISES,
     NO_CONTACT,
@@ -27,9 +27,8 @@ from iceslide_fem.postprocess.results.quantities import (
     RED,
     ROBUST,
     STRESS,
-    SURFACE,
     TEMPERATURE,
-    FieldQuantity,
+    WARMTH,
 )
 from iceslide_fem.postprocess.results.snapshots import (
     Interface,
@@ -37,6 +36,7 @@ from iceslide_fem.postprocess.results.snapshots import (
     read_interface,
     read_mises,
 )
+from iceslide_fem.runtime.columns import Quantity
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 
 SIZE, DPI = (12.8, 9.6), 100  # inches; their pixels divide by 16, as video needs it
@@ -56,8 +56,8 @@ def scales_of(run: Run, n_times: int) -> Scales:
     parts = [read_interface(run.directory, number) for number in range(n_times)]
     robust = 100.0 if parts[0].flat else ROBUST
     coldest = run.scene["ice"]["temperature"] - ZERO_CELSIUS
-    ranges = {SURFACE.name: (coldest, run.ice.melting_temperature - ZERO_CELSIUS)}
-    for quantity in (CONTACT, FILM):
+    ranges = {WARMTH.name: (coldest, run.ice.melting_temperature - ZERO_CELSIUS)}
+    for quantity in (CONTACT, HEIGHT):
         values = np.concatenate([part.values[quantity.name][part.touching] for part in parts])
         low, high = np.nanpercentile(quantity.factor * values, (100.0 - robust, robust))
         ranges[quantity.name] = (0.0 if quantity is CONTACT else float(low), float(high))
@@ -79,7 +79,7 @@ def draw(run: Run, snapshot: Snapshot, scales: Scales) -> Figure:
         f"{run.title}\nt = {MS * snapshot.time:.2f} ms,  $\\mu$ = {mu:.3f}", fontsize=14
     )
     flat, has_ice = snapshot.interface.flat, snapshot.ice is not None
-    quantities = [CONTACT, FILM, SURFACE] if flat else [FILM, SURFACE]
+    quantities = [CONTACT, HEIGHT, WARMTH] if flat else [HEIGHT, WARMTH]
     above = ["block", "ice" if has_ice else "mu"]
     below = [quantity.name for quantity in quantities] + ["mu"] * has_ice
     panels: dict[str, Axes] = {}
@@ -96,9 +96,9 @@ def draw(run: Run, snapshot: Snapshot, scales: Scales) -> Figure:
     return figure
 
 
-def _colour_bar(panel: Axes, quantity: FieldQuantity, scales: Scales, **where: Any) -> None:
+def _colour_bar(panel: Axes, quantity: Quantity, scales: Scales, **where: Any) -> None:
     colours = ScalarMappable(Normalize(*scales.ranges[quantity.name]), quantity.colours)
-    extend = "neither" if quantity is SURFACE else "both" if quantity is FILM else "max"
+    extend = "neither" if quantity is WARMTH else "both" if quantity is HEIGHT else "max"
     title = quantity.title[:1].lower() + quantity.title[1:]
     label = f"{title} ({quantity.unit})" if where else quantity.unit
     figure: Any = panel.get_figure()
@@ -186,7 +186,7 @@ def _block_2d(panel: Axes, snapshot: Snapshot, scales: Scales) -> None:
     _colour_bar(panel, CONTACT, scales, location="bottom", aspect=40)
 
 
-def _map(panel: Axes, interface: Interface, quantity: FieldQuantity, scales: Scales) -> None:
+def _map(panel: Axes, interface: Interface, quantity: Quantity, scales: Scales) -> None:
     """The quantity on the contact area, seen from above."""
     corners, touching = MM * interface.corners[..., :2], interface.touching
     panel.add_collection(PolyCollection([*corners[~touching]], facecolors=NO_CONTACT))
@@ -207,7 +207,7 @@ def _map(panel: Axes, interface: Interface, quantity: FieldQuantity, scales: Sca
     _colour_bar(panel, quantity, scales)
 
 
-def _curve(panel: Axes, interface: Interface, quantity: FieldQuantity, scales: Scales) -> None:
+def _curve(panel: Axes, interface: Interface, quantity: Quantity, scales: Scales) -> None:
     """The quantity along the contact line of a slice."""
     x = MM * interface.corners[..., 0].mean(axis=1)
     values = np.where(interface.touching, quantity.factor * interface.values[quantity.name], np.nan)
@@ -223,8 +223,8 @@ def _curve(panel: Axes, interface: Interface, quantity: FieldQuantity, scales: S
 
 def _ice(panel: Axes, run: Run, snapshot: Snapshot, ice: pv.PolyData, scales: Scales) -> None:
     x, depth = MM * ice.points[:, 0], UM * ice.points[:, 1 if snapshot.interface.flat else 2]
-    shading: Any = {"shading": "gouraud", "cmap": SURFACE.colours}
-    shading["norm"] = Normalize(*scales.ranges[SURFACE.name])
+    shading: Any = {"shading": "gouraud", "cmap": WARMTH.colours}
+    shading["norm"] = Normalize(*scales.ranges[WARMTH.name])
     drawn = panel.tripcolor(
         x, depth, ice.point_data[TEMPERATURE], triangles=ice.regular_faces, **shading
     )

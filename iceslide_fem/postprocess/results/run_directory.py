@@ -1,4 +1,4 @@
-"""Files of a finished run: summary, histories and times of fields."""
+"""Files of a finished run: summary, histories, also of passes, and times of fields."""
 
 from __future__ import annotations
 
@@ -9,18 +9,15 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.integrate import trapezoid
 
-from iceslide_fem.postprocess.results.passes import (
-    PASS,
-    history_of,
-    mean_over_sliding,
-    sliding_time,
-    summary_of,
-)
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene.materials import BAR, ICE, Solid
+
+PASS = "pass"  # column with the number of the pass
+DECIMALS = 12  # of times (s) computed as sums of steps
 
 
 class Run(NamedTuple):
@@ -67,7 +64,9 @@ class Run(NamedTuple):
 
     def mean(self, column: str) -> float:
         """Mean of a history `column` over the sliding time."""
-        return mean_over_sliding(self.history, column)
+        time, values = self.sliding_time, self.history[column]
+        slid = float(time[-1])
+        return float(trapezoid(values, time)) / slid if slid else float(values[0])
 
     def one_pass(self, number: int) -> Run:
         """Pass `number` (from 1) as a separate run; its times begin with the pass.
@@ -83,8 +82,10 @@ class Run(NamedTuple):
             )
         if not self.passes:
             return self
-        history = history_of(self.history, which)
-        summary = self.summary | summary_of(history, self.passes, which)
+        here = {name: v[self.history[PASS] == which] for name, v in self.history.items()}
+        history = here | {"time_s": sliding_time(here)}
+        del history[PASS]
+        summary = self.summary | _summary_of(history, self.passes, which)
         return self._replace(summary=summary, history=history, passes={})
 
     def at(self, column: str, time: float) -> float:
@@ -111,6 +112,36 @@ class Run(NamedTuple):
         loaded = normal > 1e-9 * normal.max()
         progress = self.preload["load_fraction"] + self.preload["speed_fraction"]
         return progress[loaded], self.preload["friction_force_N"][loaded] / normal[loaded]
+
+
+def sliding_time(history: Mapping[str, Array]) -> Array:
+    """Time (s) of every row without rests, as the sum of steps.
+
+    Times in a table have ten digits, so long rests leave few digits within a pass.
+    """
+    if PASS not in history:
+        return history["time_s"]
+    return np.asarray(np.cumsum(history["step_s"]).round(DECIMALS))
+
+
+def _summary_of(
+    history: Mapping[str, Array], passes: Mapping[str, Array], number: int
+) -> dict[str, Any]:
+    """Summary of one pass from its `history` and its row of `passes`."""
+    row = {name: float(values[passes[PASS] == number][0]) for name, values in passes.items()}
+    full = np.flatnonzero(history["saturated_fraction"] > 0.0)
+    onset = row["melt_onset_s"]
+    return {
+        "mu_peak": row["mu_peak"],
+        "mu_peak_time_s": float(history["time_s"][int(np.argmax(history["mu"]))]),
+        "mu_mean": row["mu_mean"],
+        "mu_end": row["mu_end"],
+        "melt_onset_s": onset if np.isfinite(onset) else None,
+        # a step ends where the free volume is full
+        "saturation_s": float(history["time_s"][max(full[0] - 1, 0)]) if full.size else None,
+        "steps": int(row["steps"]),
+        "rejected_steps": int(row["rejected_steps"]),
+    }
 
 
 def load_range(load: Any, unit: float) -> str:

@@ -13,7 +13,7 @@ import imageio.v2 as imageio
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from iceslide_fem.postprocess.report.pass_charts import draw_run
+from iceslide_fem.postprocess.report.curves import draw_run
 from iceslide_fem.postprocess.results import Run, read_run
 from iceslide_fem.postprocess.results.picture import DPI, Scales, draw, scales_of
 from iceslide_fem.postprocess.results.snapshots import read_snapshot, times

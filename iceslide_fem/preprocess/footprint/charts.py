@@ -8,36 +8,49 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from iceslide_fem.film.doubts import LARGEST_FRICTION
+from iceslide_fem.film.doubts import LARGEST_FRICTION as MOST
 from iceslide_fem.postprocess.report.page import Chart, Curve, HeatMap
+from iceslide_fem.postprocess.results.quantities import HEIGHT
 from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.columns import Quantity, field_of
 from iceslide_fem.scene.materials import BAR
 
 MM = 1e3
 X, Y = "x (mm), the tyre moves to the right", "y (mm)"
 STATES = ("dry", "mixed", "wet")
-CONTACT, PRESSURE, SHEAR, MU = "contact", "pressure (Pa)", "shear stress (Pa)", "mu"
-OUTSIDE, STATE = "outside the table", "state (0 none, 1 dry, 2 mixed, 3 wet)"
-# Maps by pictures: name in footprint.vti, title, unit, factor, colours.
+CONTACT, PRESSURE, SHEAR, MU = "contact", "pressure_Pa", "shear_stress_Pa", "mu"
+OUTSIDE, STATE = "outside_table", "state"
+# Maps by pictures.
 MAPS = {
-    "pressure": (PRESSURE, "Contact pressure", "bar", 1.0 / BAR, "viridis"),
-    "mu": (MU, f"Friction coefficient, film law, up to {LARGEST_FRICTION:g}", "", 1.0, "magma"),
-    "temperature": (
-        "surface temperature (degC)", "Temperature of the ice, film law", "°C", 1.0, "inferno"
+    "pressure": Quantity(PRESSURE, "Contact pressure", "bar"),
+    "mu": Quantity(MU, f"Friction coefficient, film law, up to {MOST:g}", colours="magma"),
+    "temperature": Quantity(
+        "surface_temperature_C", "Temperature of the ice, film law", "°C", colours="inferno"
     ),
-    "film_height": ("film height (m)", "Height of the water film", "nm", 1e9, "YlGnBu"),
-    "wet_dry": (STATE, "State of the ice, film law", "", 1.0, "cividis"),
-}  # fmt: skip
+    "film_height": HEIGHT,
+    "wet_dry": Quantity(STATE, "State of the ice, film law", colours="cividis"),
+}
 # Those of the thesis's model, in one picture.
 OF_MODELS = (
-    ("rise by (3.3) (K)", "Temperature rise by (3.3)", "K", 1.0, "inferno"),
-    ("mu by (4.7) to (4.9), (3.3)", "mu by (4.7) to (4.9), (3.3)", "", 1.0, "magma"),
-    ("rise by the moving source (K)", "Temperature rise, moving source", "K", 1.0, "inferno"),
-    (
-        "mu by (4.7) to (4.9), moving source", "mu by (4.7) to (4.9), moving source", "", 1.0,
-        "magma",
-    ),
-)  # fmt: skip
+    Quantity("rise_thesis_K", "Temperature rise by (3.3)", "K", colours="inferno"),
+    Quantity("mu_thesis", "mu by (4.7) to (4.9), (3.3)", colours="magma"),
+    Quantity("rise_moving_K", "Temperature rise, moving source", "K", colours="inferno"),
+    Quantity("mu_moving", "mu by (4.7) to (4.9), moving source", colours="magma"),
+)
+# Names in footprint.vti that say more than their columns.
+_SAID = {
+    STATE: "state (0 none, 1 dry, 2 mixed, 3 wet)",
+    OUTSIDE: "outside the table",
+    "squeezed_height_m": "squeezed-out height (m)",
+    "water_pressure_Pa": "pressure of the water (Pa)",
+    "distance_to_colours": "distance to the colour bar",
+    "rise_thesis_K": "rise by (3.3) (K)",
+    "rise_moving_K": "rise by the moving source (K)",
+    "rise_given_K": "rise as given (K)",
+    "mu_thesis": "mu by (4.7) to (4.9), (3.3)",
+    "mu_moving": "mu by (4.7) to (4.9), moving source",
+    "mu_given": "mu by (4.7) to (4.9), as given",
+}
 # Curves of a line by name, and their columns in line.csv.
 ALONG = {"(3.3)": "thesis", "moving source": "moving", "given": "given", "film law": "film"}
 # Charts of a line: anchor, title, label of y, column, and logarithmic axes.
@@ -47,7 +60,7 @@ OF_A_LINE = (
     ("temperature", "Temperature of the ice's surface", "°C", "temperature_{}_C", ""),
     ("height", "Height of the water film", "nm", "{}_height_m", ""),
     ("state", "Dry (1), mixed (2), wet (3)", "state", "state_{}", ""),
-    ("mu", f"Friction coefficient up to {LARGEST_FRICTION:g}", "mu (1)", "mu_{}", "y"),
+    ("mu", f"Friction coefficient up to {MOST:g}", "mu (1)", "mu_{}", "y"),
 )
 # Curves over the ice's temperature, columns of comparison.csv.
 FORMULAS = {
@@ -56,6 +69,11 @@ FORMULAS = {
     "mu_peng": "Peng (1.7), weights put right",
     "mu_hayhoe": "Hayhoe and Shapley (1.3) to (1.5)",
 }
+
+
+def map_name(column: str) -> str:
+    """Name in footprint.vti of a map's column."""
+    return _SAID.get(column) or field_of(column).removesuffix(" (1)")
 
 
 def charts_of_area(
@@ -70,11 +88,11 @@ def charts_of_area(
         for size, count in zip(pixel, contact.shape[::-1], strict=True)
     )
     found: dict[str, Sequence[Chart | HeatMap]] = {
-        name: [_map(maps, contact, places, name, *each)] for name, each in MAPS.items()
+        name: [_map(maps, contact, places, name, each)] for name, each in MAPS.items()
     }
-    if OF_MODELS[0][0] in maps:
+    if OF_MODELS[0].column in maps:
         found["thesis"] = [
-            _map(maps, contact, places, f"model-{number}", *each)
+            _map(maps, contact, places, f"model-{number}", each)
             for number, each in enumerate(OF_MODELS)
         ]
     along = [
@@ -87,11 +105,15 @@ def charts_of_area(
 
 
 def _map(
-    maps: Mapping[str, NDArray[Any]], contact: NDArray[Any], places: tuple[Array, ...],
-    anchor: str, name: str, title: str, unit: str, factor: float, tint: str,
-) -> HeatMap:  # fmt: skip
-    """A map of footprint.vti, without a value beside the contact."""
-    values = np.where(contact, factor * maps[name], np.nan)
+    maps: Mapping[str, NDArray[Any]],
+    contact: NDArray[Any],
+    places: tuple[Array, ...],
+    anchor: str,
+    shown: Quantity,
+) -> HeatMap:
+    """A map of a footprint, without a value beside the contact."""
+    name, title, unit, _, tint = shown
+    values = np.where(contact, shown.factor * maps[name], np.nan)
     says = (
         f"Between {np.nanmin(values):.4g} and {np.nanmax(values):.4g} {unit}, mean of the "
         f"pixels {np.nanmean(values):.4g} {unit}".replace(" ,", ",").strip()
@@ -102,9 +124,9 @@ def _map(
         parts = ((values == 1 + i).sum() / contact.sum() for i in range(len(STATES)))
         says = ", ".join(f"{part:.0%} {one}" for part, one in zip(parts, STATES, strict=True))
     if anchor == MU or title.startswith("mu"):
-        limits = 0.0, min(LARGEST_FRICTION, float(np.nanmax(values)))
-        more = float((values[contact] > LARGEST_FRICTION).mean())
-        says += f"; above {LARGEST_FRICTION:g} on {more:.1%} of the contact" if more else ""
+        limits = 0.0, min(MOST, float(np.nanmax(values)))
+        more = float((values[contact] > MOST).mean())
+        says += f"; above {MOST:g} on {more:.1%} of the contact" if more else ""
     if anchor in ("pressure", MU) and maps[OUTSIDE].any():
         marked = maps[OUTSIDE]
         part = float((marked[contact] > 0).mean())
@@ -136,8 +158,7 @@ def charts_of_line(table: Mapping[str, Array]) -> Mapping[str, Sequence[Chart]]:
         curves = {name: factor * table[key] for name, key in names.items() if key in table}
         if anchor == "mu":
             curves = {
-                name: np.where((mu > 0.0) & (mu <= LARGEST_FRICTION), mu, np.nan)
-                for name, mu in curves.items()
+                name: np.where((mu > 0.0) & (mu <= MOST), mu, np.nan) for name, mu in curves.items()
             }
         curves = {name: values for name, values in curves.items() if np.isfinite(values).any()}
         if curves:

@@ -14,12 +14,15 @@ from iceslide_fem.preprocess.footprint.case import FootprintCase
 from iceslide_fem.preprocess.footprint.charts import (
     CONTACT,
     MAPS,
+    MU,
     OF_MODELS,
     OUTSIDE,
     PRESSURE,
     SHEAR,
+    STATE,
     charts_of_area,
     charts_of_line,
+    map_name,
 )
 from iceslide_fem.preprocess.footprint.macroscopic import Edges
 from iceslide_fem.preprocess.footprint.map_file import read_maps, write_maps
@@ -33,12 +36,6 @@ from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene.materials import BAR
 
 VTI, LINE, COMPARISON = "footprint.vti", "line.csv", "comparison.csv"
-# Maps of the macroscopic models by their names in the summary: rise, and mu.
-MAPS_OF_MODELS = {
-    "thesis": ("rise by (3.3) (K)", "mu by (4.7) to (4.9), (3.3)"),
-    "moving_source": ("rise by the moving source (K)", "mu by (4.7) to (4.9), moving source"),
-    "given": ("rise as given (K)", "mu by (4.7) to (4.9), as given"),
-}
 ABOUT_ERROR = "The film law was advanced with a relative error of {:g} of mu per pixel."
 ABOUT_MODELS = (
     "The macroscopic model has no steps. Its d and t are tuned: docs/explanation/footprint.md says "
@@ -70,7 +67,8 @@ def write(case: FootprintCase, found: Survey, out: Path) -> None:
         replace_file(out / LINE, csv_text(line_columns(found)))
         return
     pixels = found.read.pressure_map
-    write_maps(out / VTI, all_maps(found), (pixels.dx, pixels.dy))
+    maps = {map_name(column): values for column, values in all_maps(found).items()}
+    write_maps(out / VTI, maps, (pixels.dx, pixels.dy))
     replace_file(out / COMPARISON, csv_text(comparison_columns(found)))
 
 
@@ -86,35 +84,36 @@ def charts_in(folder: Path, with_models: bool) -> Charts:
     """The charts of the tables and maps in `folder`. Raises OSError, ValueError."""
     if (folder / LINE).is_file():
         return charts_of_line(read_table(folder / LINE))
-    names = [name for name, *_ in (*MAPS.values(), *(OF_MODELS if with_models else ()))]
-    maps, pixel = read_maps(folder / VTI, {*names, CONTACT, PRESSURE, SHEAR, OUTSIDE})
+    drawn = {each.column for each in (*MAPS.values(), *(OF_MODELS if with_models else ()))}
+    names = {name: map_name(name) for name in drawn | {CONTACT, PRESSURE, SHEAR, OUTSIDE}}
+    maps, pixel = read_maps(folder / VTI, names)
     return charts_of_area(maps, pixel, read_table(folder / COMPARISON))
 
 
 def all_maps(result: Survey) -> dict[str, NDArray[Any]]:
-    """All maps of a survey by name, (ny, nx)."""
+    """All maps of a survey by column, (ny, nx)."""
     footprint, film = result.read.pressure_map, result.film
-    voids = "squeezed-out height (m)" if result.borne is None else "water height (m)"
+    voids = "squeezed_height_m" if result.borne is None else "water_height_m"
     maps: dict[str, NDArray[Any]] = {
-        "pressure (Pa)": footprint.pressure,
-        "contact": footprint.contact.astype(np.uint8),
-        "surface temperature (degC)": film.temperature - ZERO_CELSIUS,
-        "film height (m)": film.height,
+        PRESSURE: footprint.pressure,
+        CONTACT: footprint.contact.astype(np.uint8),
+        "surface_temperature_C": film.temperature - ZERO_CELSIUS,
+        "film_height_m": film.height,
         voids: film.squeezed,
-        "shear stress (Pa)": film.shear,
-        "mu": film.friction(footprint),
+        SHEAR: film.shear,
+        MU: film.friction(footprint),
         "melting": film.melting.astype(np.uint8),
         "saturated": film.saturated.astype(np.uint8),
-        "state (0 none, 1 dry, 2 mixed, 3 wet)": result.state,
-        "outside the table": result.outside.astype(np.uint8),
+        STATE: result.state,
+        OUTSIDE: result.outside.astype(np.uint8),
     }
-    for name, model in result.models.items():
-        rise, mu = MAPS_OF_MODELS[name]
-        maps |= {rise: model.rise, mu: model.mu}
+    for key, model in result.models.items():
+        name = key.removesuffix("_source")
+        maps |= {f"rise_{name}_K": model.rise, f"mu_{name}": model.mu}
     if result.borne is not None:
-        maps["pressure of the water (Pa)"] = result.borne
+        maps["water_pressure_Pa"] = result.borne
     if result.read.distance is not None:
-        maps["distance to the colour bar"] = result.read.distance
+        maps["distance_to_colours"] = result.read.distance
     return maps
 
 

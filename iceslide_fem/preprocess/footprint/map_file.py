@@ -6,7 +6,7 @@ VTK's writer reports a full disk; pyvista's does not.
 from __future__ import annotations
 
 import os
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -43,8 +43,8 @@ def write_maps(path: Path, maps: Maps, pixel: tuple[float, float]) -> None:
         raise OSError(code, os.strerror(code), str(path))
 
 
-def read_maps(path: Path, names: Collection[str]) -> tuple[Maps, tuple[float, float]]:
-    """The maps of these `names` in `path`, and the size of a pixel along x and y (m).
+def read_maps(path: Path, names: Mapping[str, str]) -> tuple[Maps, tuple[float, float]]:
+    """The maps in `path` by the keys of their `names`, and the size of a pixel along x and y (m).
 
     Raises ValueError if one is missing.
     """
@@ -53,8 +53,8 @@ def read_maps(path: Path, names: Collection[str]) -> tuple[Maps, tuple[float, fl
     reader.Update()
     grid = reader.GetOutput()
     columns, rows, _ = (count - 1 for count in grid.GetDimensions())
-    found = {name: grid.GetCellData().GetArray(name) for name in names}
+    found = {key: grid.GetCellData().GetArray(name) for key, name in names.items()}
     if min(rows, columns) < 1 or None in found.values():
         raise ValueError(f"{path.name} is damaged")
-    maps = {name: vtk_to_numpy(array).reshape(rows, columns) for name, array in found.items()}
+    maps = {key: vtk_to_numpy(array).reshape(rows, columns) for key, array in found.items()}
     return maps, grid.GetSpacing()[:2]

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from rich.table import Table
 
+from iceslide_fem.postprocess.report.curves import charts_of_runs
 from iceslide_fem.postprocess.report.of_runs import error_over_time
-from iceslide_fem.postprocess.report.pass_charts import charts_of_runs
 from iceslide_fem.postprocess.report.png import save_png
 from iceslide_fem.postprocess.results import Run
 from iceslide_fem.runs.simplifications import Simplifications

@@ -11,7 +11,7 @@ import pandas as pd
 import tomlkit
 import xarray as xr
 
-from iceslide_fem.runtime.column_names import attributes_of
+from iceslide_fem.runtime.columns import attributes_of
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.files import replace_file
 from iceslide_fem.scene import flat, put, unit_of

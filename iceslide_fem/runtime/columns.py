@@ -1,6 +1,8 @@
-"""Names of columns: a label, and a unit as suffix."""
+"""Columns of results: a name with its unit as suffix, which CSV, arrays, fields and pages share."""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 # Suffixes of names (after the underscore), and their units.
 UNITS = {
@@ -28,6 +30,9 @@ UNITS = {
     "s": "s",
 }
 _LONGEST_FIRST = sorted(UNITS, key=len, reverse=True)
+# Units that results are shown in, and how many of them are one of the column's unit.
+SHOWN_IN = {"nm": 1e9, "µm": 1e6, "mm": 1e3, "µs": 1e6, "ms": 1e3, "mPa s": 1e3, "bar": 1e-5}
+SHOWN_IN |= {"%": 100.0, "km/h": 3.6}
 
 
 def label_and_unit(column: str) -> tuple[str, str]:
@@ -46,3 +51,36 @@ def attributes_of(column: str) -> dict[str, str]:
     """Attributes of a labelled array that holds a `column`: `long_name` and `units`."""
     label, unit = label_and_unit(column)
     return {"long_name": label, "units": unit}
+
+
+def field_of(column: str) -> str:
+    """Name of a field with the values of a `column`: "film height (m)" for "film_height_m"."""
+    return "{} ({})".format(*label_and_unit(column))
+
+
+class Quantity(NamedTuple):
+    """How a column, or a field with its values, is shown.
+
+    title; unit to show it in, as in `SHOWN_IN` or the column's own; symbol; colours of maps.
+    """
+
+    column: str
+    title: str
+    unit: str = ""
+    symbol: str = ""
+    colours: str = "viridis"
+
+    @property
+    def factor(self) -> float:
+        """How many of the shown unit are one of the column's."""
+        return SHOWN_IN.get(self.unit, 1.0)
+
+    @property
+    def axis(self) -> str:
+        """Label of an axis."""
+        return f"{self.symbol} ({self.unit or 1})"
+
+    @property
+    def name(self) -> str:
+        """Name of the field."""
+        return field_of(self.column)
