@@ -2,33 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
+import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 
 from iceslide_fem import simulate
 from iceslide_fem.postprocess import results
+from iceslide_fem.runtime.arrays import plain
+from iceslide_fem.runtime.columns import attributes_of
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.scene import Scene, as_toml
+from iceslide_fem.scene import Scene, as_toml, override, put, read_scene, scene_from_dict
+from iceslide_fem.scene.cases import scene_path
 from iceslide_fem.scene.fingerprint import versions_in_words
 
 if TYPE_CHECKING:
     from mpi4py import MPI
 
     from iceslide_fem.runs.observers import Tell
-
-from collections.abc import Mapping
-from typing import Any
-
-import numpy as np
-from numpy.typing import ArrayLike
-
-from iceslide_fem.runtime.arrays import plain
-from iceslide_fem.runtime.columns import attributes_of
-from iceslide_fem.scene import override, put, read_scene, scene_from_dict
-from iceslide_fem.scene.cases import scene_path
 
 Variables = dict[str, xr.Variable]
 

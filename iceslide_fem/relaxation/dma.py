@@ -23,7 +23,13 @@ from iceslide_fem.relaxation.dma_columns import (
 )
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.tables.cells import TextTable
-from iceslide_fem.runtime.tables.columns import Wanted, column_unit, find_columns, places
+from iceslide_fem.runtime.tables.columns import (
+    Wanted,
+    check_range,
+    column_unit,
+    find_columns,
+    places,
+)
 from iceslide_fem.runtime.tables.layout import read_table
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 
@@ -129,7 +135,8 @@ def _values(table: TextTable, kind: Kind, temperature: float | None) -> dict[str
     frequency = None if relaxes else _angular(table)
     given = find_columns(table, needed, [column.name for column in needed])
     turns = {} if frequency is None else {FREQUENCY.name: frequency / (2.0 * np.pi)}
-    _check_ranges(table, turns | given)
+    for name, values in (turns | given).items():
+        check_range(table, name, values, *_RANGES[name])
     rows = len(table.lines)
     at = given.get(TEMPERATURE.name, np.full(rows, np.nan if temperature is None else temperature))
     if frequency is None:
@@ -137,7 +144,7 @@ def _values(table: TextTable, kind: Kind, temperature: float | None) -> dict[str
         return {"frequency": 1.0 / time, "temperature": at, "storage": given[relaxing.name]}
     moduli = given[storage.name]
     tan_delta = given[TAN_DELTA.name] if has_tan else given[loss.name] / moduli
-    _check_ranges(table, {TAN_DELTA.name: tan_delta})
+    check_range(table, TAN_DELTA.name, tan_delta, *_RANGES[TAN_DELTA.name])
     if storage is whole:
         moduli = moduli / np.hypot(1.0, tan_delta)
     losses = given.get(loss.name, moduli * tan_delta)
@@ -178,19 +185,6 @@ def _in_radians(table: TextTable, column: Wanted, index: int) -> Array:
             "allowed: rad/s, or a frequency in Hz"
         )
     return values if "rad" in unit else 2.0 * np.pi * values
-
-
-def _check_ranges(table: TextTable, columns: dict[str, Array]) -> None:
-    """Refuse the first row with a missing value or a value out of range."""
-    for name, values in columns.items():
-        low, high, zero, unit = _RANGES[name]
-        for row in np.flatnonzero(~((values >= low) & (values <= high)))[:1]:
-            value = values[row]
-            said = "is missing" if np.isnan(value) else f"= {value - zero:g}{unit} is out of range"
-            table.refuse(
-                f"row {row + 1} (line {table.lines[row].number}): {name} {said}; allowed: "
-                f"{low - zero:g} to {high - zero:g}{unit}"
-            )
 
 
 def _isotherms(table: TextTable, temperature: Array) -> Array:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import sys
 import time
-from types import TracebackType
 from typing import Any, Self
 
 SECONDS_BETWEEN_LINES = 5.0
@@ -63,12 +62,7 @@ class LongTask:
         (task,) = self._bar.task_ids
         self._bar.update(task, completed=done, where=where, words=words, left=left, refresh=True)
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, kind: object, error: BaseException | None, traceback: object) -> None:
         # A bar left open at exit can abort a parallel run.
         if self._bar is not None:
             self._bar.stop()

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.runtime.curve import LogCurve
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.runtime.tables.columns import Wanted, read_columns
+from iceslide_fem.runtime.tables.columns import Wanted, check_range, read_columns
 
 
 class ContactParameters(NamedTuple):
@@ -133,15 +133,8 @@ def read_contact_table(path: Path, key: str) -> ContactTable:
     wanted = [column for column, _, _ in COLUMNS]
     table, found = read_columns(path, key, wanted, NEEDED)
     for column, low, high in COLUMNS:
-        if column.name not in found:
-            continue
-        for row, value in enumerate(found[column.name]):
-            if not low <= value <= high:
-                said = "is missing" if value != value else f"= {value:g} is out of range"
-                raise SceneError(
-                    f"{table.said}: row {row + 1} (line {table.lines[row].number}): "
-                    f"{column.heading} {said}; allowed: {low:g} to {high:g}"
-                )
+        if column.name in found:
+            check_range(table, column.heading, found[column.name], low, high)
     rows = list(zip(*(found[name].tolist() for name in NEEDED), strict=True))
     if len(rows) < 2:
         raise SceneError(f"{table.said} has {len(rows)} pressure; allowed: 2 or more")

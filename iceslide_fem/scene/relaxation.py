@@ -27,29 +27,20 @@ def read_factors(given: Any) -> Any:
 
     Raises PydanticCustomError if they are invalid.
     """
-    if given is None:
-        return None
     form = 'is no list of two or more rows [temperature, log10 a_T], as in [["-20 degC", 2.1], ...]'
-    if not isinstance(given, list | tuple) or not 2 <= len(given) <= MOST_FACTORS:
-        raise _fault(form)
-    rows = []
-    for number, row in enumerate(given, start=1):
-        if not isinstance(row, list | tuple) or len(row) != 2:
-            raise _fault(form)
-        try:
-            rows.append((TEMPERATURE.validate(row[0]), LOG.validate(row[1])))
-        except PydanticCustomError as error:
-            raise _fault(f"row {number}, {json.dumps(row)}: {error.message()}") from None
-    temperatures, logs = zip(*sorted(rows), strict=True)
-    for i, (before, after) in enumerate(pairwise(logs)):
-        if temperatures[i] == temperatures[i + 1] or after >= before:
+    rows = _pairs(given, (TEMPERATURE, LOG), (2, MOST_FACTORS), "row", form, form)
+    if rows is None:
+        return None
+    rows.sort()
+    for (colder, before), (warmer, after) in pairwise(rows):
+        if colder == warmer or after >= before:
             raise _fault(
-                f"log10 a_T does not fall from {temperatures[i]:g} to {temperatures[i + 1]:g} K; "
+                f"log10 a_T does not fall from {colder:g} to {warmer:g} K; "
                 "allowed: rows of different temperatures, the colder the larger"
             )
-    if not logs[-1] <= 0.0 <= logs[0]:
+    if not rows[-1][1] <= 0.0 <= rows[0][1]:
         raise _fault("log10 a_T is nowhere 0 in its range, so no temperature is the reference")
-    return tuple(sorted(rows))
+    return tuple(rows)
 
 
 def read_arms(given: Any) -> Any:
@@ -57,20 +48,13 @@ def read_arms(given: Any) -> Any:
 
     Raises PydanticCustomError if they are invalid.
     """
-    if given is None:
+    form = f'is no list of 1 to {MOST_ARMS} arms [g, tau], as in [[0.3, "5 ms"]]'
+    pair = 'arm {} is no pair of g and tau, as in [0.3, "5 ms"]'
+    arms = _pairs(given, (FRACTION, TIME), (1, MOST_ARMS), "arm", form, pair)
+    if arms is None:
         return None
-    if not isinstance(given, list | tuple) or not 1 <= len(given) <= MOST_ARMS:
-        raise _fault(f'is no list of 1 to {MOST_ARMS} arms [g, tau], as in [[0.3, "5 ms"]]')
-    arms = []
-    for number, arm in enumerate(given, start=1):
-        if not isinstance(arm, list | tuple) or len(arm) != 2:
-            raise _fault(f'arm {number} is no pair of g and tau, as in [0.3, "5 ms"]')
-        try:
-            arms.append((FRACTION.validate(arm[0]), TIME.validate(arm[1])))
-        except PydanticCustomError as error:
-            raise _fault(f"arm {number}, {json.dumps(arm)}: {error.message()}") from None
     arms.sort(key=lambda arm: arm[1])
-    for (_, before), (_, after) in zip(arms[:-1], arms[1:], strict=True):
+    for (_, before), (_, after) in pairwise(arms):
         if before == after:
             raise _fault(f"two arms have the same tau, {after:g} s; give their sum")
     total = sum(g for g, _ in arms)
@@ -81,6 +65,26 @@ def read_arms(given: Any) -> Any:
             f"conventions)"
         )
     return tuple(arms)
+
+
+def _pairs(
+    given: Any, quantities: tuple[Quantity, Quantity], counts: tuple[int, int], what: str,
+    form: str, pair: str,
+) -> list[tuple[float, float]] | None:  # fmt: skip
+    """Pairs of `quantities`, SI, None for None; form, pair: faults of the list and of a pair."""
+    if given is None:
+        return None
+    if not isinstance(given, list | tuple) or not counts[0] <= len(given) <= counts[1]:
+        raise _fault(form)
+    found = []
+    for number, each in enumerate(given, start=1):
+        if not isinstance(each, list | tuple) or len(each) != 2:
+            raise _fault(pair.format(number))
+        try:
+            found.append((quantities[0].validate(each[0]), quantities[1].validate(each[1])))
+        except PydanticCustomError as error:
+            raise _fault(f"{what} {number}, {json.dumps(each)}: {error.message()}") from None
+    return found
 
 
 def _fault(message: str) -> PydanticCustomError:

@@ -118,6 +118,23 @@ def find_columns(
     return found
 
 
+def check_range(
+    table: TextTable, name: str, values: Array, low: float, high: float,
+    zero: float = 0.0, unit: str = "",
+) -> None:  # fmt: skip
+    """Refuse the first row with a missing value or one that is not from `low` to `high`.
+
+    zero, unit: zero of the unit in which the message has values, and that unit.
+    """
+    for row in np.flatnonzero(~((values >= low) & (values <= high)))[:1]:
+        value = values[row]
+        said = "is missing" if np.isnan(value) else f"= {value - zero:g}{unit} is out of range"
+        table.refuse(
+            f"row {row + 1} (line {table.lines[row].number}): {name} {said}; allowed: "
+            f"{low - zero:g} to {high - zero:g}{unit}"
+        )
+
+
 def _agree(table: TextTable, indices: Sequence[int], column: Wanted) -> bool:
     """Whether columns have the same values, as instruments repeat them."""
     first, *others = (_in_si(table, i, column) for i in indices)
