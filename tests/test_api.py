@@ -16,7 +16,7 @@ import iceslide_fem
 from iceslide_fem.api.runs import read_run as read_dataset
 from iceslide_fem.runtime.columns import label_and_unit
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.runtime.progress import LongTask
+from iceslide_fem.runtime.terminal import LongTask
 from iceslide_fem.scene.cases import cases_folder
 
 POINT = {"model": "point", "load.duration": "2 ms"}

@@ -30,8 +30,8 @@ from iceslide_fem.scene import load_scene, scene_from_dict
 from iceslide_fem.scene.contact_table import read_contact_table
 from iceslide_fem.scene.materials import CONTACT_TABLES
 from iceslide_fem.workflow.planning.info import describe
-from iceslide_fem.workflow.sweep.outcome import SAMPLES
 from iceslide_fem.workflow.sweep.points import simulate_points
+from iceslide_fem.workflow.sweep.table import SAMPLES
 
 pytestmark = pytest.mark.quick
 

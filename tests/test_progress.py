@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from iceslide_fem.runtime.progress import LongTask
+from iceslide_fem.runtime.terminal import LongTask
 
 pytest.importorskip("iceslide_fem.fenics.compat")
 from iceslide_fem.runs.observers import Progress  # noqa: E402

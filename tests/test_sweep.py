@@ -22,11 +22,11 @@ from iceslide_fem.scene import load_scene
 from iceslide_fem.scene.fingerprint import fingerprint, scene_hash, sources_hash
 from iceslide_fem.simulate import run as simulate_run
 from iceslide_fem.workflow.sweep import make_plan, read_sweep, run_sweep, share_cores
-from iceslide_fem.workflow.sweep.outcome import read_outcome
 from iceslide_fem.workflow.sweep.plan import value_of
 from iceslide_fem.workflow.sweep.plots import charts_of_sweep, plot_sweep
 from iceslide_fem.workflow.sweep.processes import Cores, take_over, write_scene
 from iceslide_fem.workflow.sweep.report_page import warnings_of
+from iceslide_fem.workflow.sweep.table import read_outcome
 
 CASE = Path(__file__).parent.parent / "cases" / "thesis_1bar.toml"
 POINT = ["model=point", "ice.heat=column"]

@@ -8,8 +8,8 @@ import pytest
 from iceslide_fem.runs.point import point_history
 from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.workflow.sweep import make_plan, run_sweep
-from iceslide_fem.workflow.sweep.outcome import SAMPLES
 from iceslide_fem.workflow.sweep.points import simulate_points
+from iceslide_fem.workflow.sweep.table import SAMPLES
 
 pytestmark = pytest.mark.quick
 

@@ -30,8 +30,8 @@ from iceslide_fem.runtime.folders import check_folder
 from iceslide_fem.runtime.launch import environment_of_one, module_words
 from iceslide_fem.scene import Scene
 from iceslide_fem.simulate import other_results
-from iceslide_fem.workflow.sweep.outcome import SENTENCE
 from iceslide_fem.workflow.sweep.processes import write_scene
+from iceslide_fem.workflow.sweep.table import SENTENCE
 
 
 def _watch() -> None:

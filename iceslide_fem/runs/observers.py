@@ -22,7 +22,7 @@ from iceslide_fem.runs.pace import Observation, TimeLimit
 from iceslide_fem.runs.schedule import FieldTimes, Saves, Schedule
 from iceslide_fem.runs.summary import Results
 from iceslide_fem.runtime.errors import SimulationStopped
-from iceslide_fem.runtime.progress import LongTask
+from iceslide_fem.runtime.terminal import LongTask
 from iceslide_fem.scene.load import Load
 
 

@@ -21,7 +21,7 @@ from iceslide_fem.laws.points import moments
 from iceslide_fem.output.table import HistoryRow, row_of
 from iceslide_fem.output.water import PointWater
 from iceslide_fem.runtime.launch import rank
-from iceslide_fem.runtime.progress import LongTask
+from iceslide_fem.runtime.terminal import LongTask
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.course import SAMPLED

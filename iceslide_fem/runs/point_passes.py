@@ -23,7 +23,7 @@ from iceslide_fem.output.water import AMOUNTS as WATER_AMOUNTS
 from iceslide_fem.runs.point_pass import PassEnd, first_state, law_pass, one_pass
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.launch import rank
-from iceslide_fem.runtime.progress import LongTask
+from iceslide_fem.runtime.terminal import LongTask
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import Scene
 

@@ -25,20 +25,20 @@ from iceslide_fem.postprocess.results import Run
 from iceslide_fem.postprocess.results.run_directory import read_table, sliding_time
 from iceslide_fem.runs.checkpoint import scene_there
 from iceslide_fem.runs.doubts import before_run
+from iceslide_fem.runtime.columns import SHOWN_IN
 from iceslide_fem.runtime.errors import SceneError
 
-# Entries of summary.json: name, factor for display, unit, and whether it has the tolerance as
-# error.
+# Entries of summary.json: name, unit of display, and whether it has the tolerance as error.
 RESULTS = {
-    "mu_peak": ("largest mu", 1.0, "", True),
-    "mu_peak_time_s": ("reached after", 1e3, "ms", False),
-    "mu_mean": ("mean mu", 1.0, "", True),
-    "mu_mean_last_pass": ("mean mu of the last pass", 1.0, "", True),
-    "mu_end": ("mu at the end", 1.0, "", True),
-    "melt_onset_s": ("ice melts from", 1e3, "ms", False),
-    "saturation_s": ("free volume full from", 1e3, "ms", False),
-    "energy_imbalance": ("energy imbalance, of the friction work", 100.0, "%", False),
-    "outside_table_fraction": ("contact outside the table of k, D, H_V", 100.0, "%", False),
+    "mu_peak": ("largest mu", "", True),
+    "mu_peak_time_s": ("reached after", "ms", False),
+    "mu_mean": ("mean mu", "", True),
+    "mu_mean_last_pass": ("mean mu of the last pass", "", True),
+    "mu_end": ("mu at the end", "", True),
+    "melt_onset_s": ("ice melts from", "ms", False),
+    "saturation_s": ("free volume full from", "ms", False),
+    "energy_imbalance": ("energy imbalance, of the friction work", "%", False),
+    "outside_table_fraction": ("contact outside the table of k, D, H_V", "%", False),
 }
 
 UNFINISHED = ("stopped.txt", "checkpoint", "history.csv")  # files of such a run
@@ -69,7 +69,7 @@ def page_of_run(run: Run, stopped: str = "") -> Page:
 def results_of(runs: dict[str, Run], left: Sequence[LeftOut]) -> Table:
     """Key results, a column for each run, with their uncertainties; left: of each run's model."""
     rows = []
-    for key, (name, factor, unit, has_error) in RESULTS.items():
+    for key, (name, unit, has_error) in RESULTS.items():
         if not any(key in run.summary for run in runs.values()):
             continue
         row = [Cell(name)]
@@ -77,20 +77,20 @@ def results_of(runs: dict[str, Run], left: Sequence[LeftOut]) -> Table:
             value = run.summary.get(key)
             text = "–"
             if key in run.summary:
-                text = _result(run, value, factor, unit, known if has_error else None)
+                text = _result(run, value, unit, known if has_error else None)
             row.append(Cell(text, key, value))
         rows.append(row)
     return Table("Key results", ["", *runs], rows)
 
 
-def _result(run: Run, value: float | None, factor: float, unit: str, left: LeftOut | None) -> str:
+def _result(run: Run, value: float | None, unit: str, left: LeftOut | None) -> str:
     """A value in words; with what the model leaves out, the value has errors of friction."""
     if value is None:
         return "did not happen"
     if run.passes and unit == "ms":  # from the start of the first pass
         return f"{value:.4g} s, rests included"
     if left is None:
-        return f"{factor * value:.4g} {unit}".strip()
+        return f"{SHOWN_IN.get(unit, 1.0) * value:.4g} {unit}".strip()
     numerical = run.scene["numerics"]["tolerance"] * abs(value)
     if isinstance(left, str):
         return f"{_rounded(value, numerical)}; numerical ± {numerical:.1g}, model not estimated"

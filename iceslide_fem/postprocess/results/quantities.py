@@ -7,17 +7,12 @@ from iceslide_fem.film.viscosity import FILM_VISCOSITY
 from iceslide_fem.runtime.columns import Quantity, field_of
 
 BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
-PURPLE, BLACK = "#CC79A7", "#222222"
+PURPLE = "#CC79A7"
 NO_CONTACT = "#D9D9D9"
 EDGES = "#595959"  # of a mesh's cells
 ICE = "#D6ECF8"
-MELTING, SATURATED = "#E3EFF9", "#FCEBD3"  # shades of the phases of a film
-
-
 # Percentile at which colours end, because pressures are singular at an edge.
 ROBUST = 98.0
-
-
 FRICTION = Quantity("mu", "Friction coefficient", symbol="μ")
 HEIGHT = Quantity("film_height_m", "Height of the water film", "nm", "h", "YlGnBu")
 WARMTH = Quantity("surface_temperature_C", "Temperature of the ice surface", "°C", "T", "inferno")

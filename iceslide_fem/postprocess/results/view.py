@@ -17,7 +17,7 @@ from iceslide_fem.postprocess.report.curves import draw_run
 from iceslide_fem.postprocess.results import Run, read_run
 from iceslide_fem.postprocess.results.picture import DPI, Scales, draw, scales_of
 from iceslide_fem.postprocess.results.snapshots import read_snapshot, times
-from iceslide_fem.runtime.progress import LongTask
+from iceslide_fem.runtime.terminal import LongTask
 
 FRAMES_PER_SECOND = 10
 

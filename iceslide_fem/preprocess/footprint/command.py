@@ -31,7 +31,7 @@ from iceslide_fem.preprocess.footprint.survey import MODELS, Survey, summary, su
 from iceslide_fem.preprocess.work import Charts, Preprocessor, Words, csv_text
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.files import replace_file
-from iceslide_fem.runtime.progress import LongTask
+from iceslide_fem.runtime.terminal import LongTask
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene.materials import BAR
 

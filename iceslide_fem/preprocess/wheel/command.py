@@ -23,7 +23,7 @@ from iceslide_fem.preprocess.wheel.output import columns, stop_columns, stop_fig
 from iceslide_fem.preprocess.wheel.slip_table import axes_of_a_stop, slip_table
 from iceslide_fem.preprocess.work import Preprocessor, Words, csv_text
 from iceslide_fem.runtime.files import replace_file
-from iceslide_fem.runtime.progress import LongTask
+from iceslide_fem.runtime.terminal import LongTask
 from iceslide_fem.scene.materials import BAR
 
 SLIPPING, STOPS = "mu_slip.csv", "stops.csv"

@@ -19,7 +19,6 @@ from iceslide_fem.film.doubts import WITHOUT_MELTING
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.folders import claimed, clear_results, results_in
 from iceslide_fem.scene.fingerprint import scene_hash
-from iceslide_fem.workflow.sweep.outcome import DONE, NOT_COMPUTED, CaseResult, read_outcome
 from iceslide_fem.workflow.sweep.plan import Case, Plan, make_plan, plan_of, value_of
 from iceslide_fem.workflow.sweep.points import simulate_points
 from iceslide_fem.workflow.sweep.processes import (
@@ -32,7 +31,16 @@ from iceslide_fem.workflow.sweep.processes import (
     share_cores,
     take_over,
 )
-from iceslide_fem.workflow.sweep.table import done_points, read_sweep, scenes_of_table, write_sweep
+from iceslide_fem.workflow.sweep.table import (
+    DONE,
+    NOT_COMPUTED,
+    CaseResult,
+    done_points,
+    read_outcome,
+    read_sweep,
+    scenes_of_table,
+    write_sweep,
+)
 
 __all__ = [
     "Cores",

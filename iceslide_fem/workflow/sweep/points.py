@@ -18,7 +18,7 @@ from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.fingerprint import versions
 from iceslide_fem.scene.materials import BOTTOMLESS
-from iceslide_fem.workflow.sweep.outcome import CURVES, DONE, FAILED, SAMPLES, CaseResult
+from iceslide_fem.workflow.sweep.table import CURVES, DONE, FAILED, SAMPLES, CaseResult
 
 
 class SampledHeights:

@@ -27,8 +27,8 @@ from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.files import replace_file
 from iceslide_fem.runtime.launch import available_cores, environment_of_one, module_words
 from iceslide_fem.scene import Scene, load_scene
-from iceslide_fem.workflow.sweep.outcome import SENTENCE, CaseResult, read_outcome
 from iceslide_fem.workflow.sweep.plan import Case
+from iceslide_fem.workflow.sweep.table import SENTENCE, CaseResult, read_outcome
 
 
 class Cores(NamedTuple):

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from iceslide_fem.postprocess.report import of_run
 from iceslide_fem.postprocess.report.page import (
     Cell,
     Page,
@@ -18,7 +19,6 @@ from iceslide_fem.postprocess.report.page import (
     Text,
 )
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.workflow.sweep.outcome import DONE
 from iceslide_fem.workflow.sweep.plots import (
     charts_of_sweep,
     keys_of,
@@ -27,14 +27,14 @@ from iceslide_fem.workflow.sweep.plots import (
     quantity_of,
     value_of,
 )
-from iceslide_fem.workflow.sweep.table import read_sweep
+from iceslide_fem.workflow.sweep.table import DONE, read_sweep
 
 MORE = (
     "In Python: iceslide_fem.read_sweep(folder) gives these numbers as labelled arrays. "
     "The page of a case: iceslide report FOLDER/cases/CASE; of a point: run its scene by itself."
 )
 MOST_ROWS = 400
-RESULTS = {"mu_mean": "mean mu", "mu_peak": "largest mu", "mu_end": "mu at the end"}
+RESULTS = {key: of_run.RESULTS[key][0] for key in ("mu_mean", "mu_peak", "mu_end")}
 
 
 def page_of_sweep(folder: Path) -> Page:
