@@ -1,4 +1,4 @@
-"""Outcomes of cases; and of a sweep as files, `sweep.csv`, a row per case, and `sweep.nc`, arrays."""
+"""Outcomes of cases; a sweep as files: `sweep.csv`, a row per case, and `sweep.nc`, arrays."""
 
 from __future__ import annotations
 
