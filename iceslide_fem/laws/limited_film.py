@@ -118,10 +118,7 @@ def limited_film(scene: Scene, strength: ShearStrength) -> LimitedFilm:
     height = shearing_height(scene, speeds.largest)
     ramp = scene.numerics.shear_ramp_pressure or default_ramp(scene, height)
     return LimitedFilm(
-        film.parameters,
-        film.nominal,
-        ramp,
-        film.viscosity,
+        **vars(film) | {"ramp_pressure": ramp},
         limit=limit,
         first_strength=float(first[0]),
         first_speed=speeds.first,
