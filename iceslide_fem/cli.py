@@ -18,7 +18,7 @@ import typer
 from typer.core import TyperGroup
 
 from iceslide_fem import __version__
-from iceslide_fem.app.options import app as page
+from iceslide_fem.app.command import app as page
 from iceslide_fem.commands.cases import cases
 from iceslide_fem.commands.doctor import doctor
 from iceslide_fem.commands.info import info

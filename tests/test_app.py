@@ -10,21 +10,22 @@ import sys
 import time
 import tomllib
 import urllib.request
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from app_server import fixtures, stop
 
-from iceslide_fem.app import form, line, line_case, point, wheel
+from iceslide_fem.app import form, line, point, wheel
 from iceslide_fem.postprocess.results import read_run
 from iceslide_fem.preprocess.footprint.case import FootprintCase
 from iceslide_fem.preprocess.footprint.jaeger import TABLE_1_ICE
-from iceslide_fem.preprocess.footprint.line import gaussian_profile, macroscopic_line
 from iceslide_fem.preprocess.footprint.macroscopic import Macroscopic, heat_model
-from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
+from iceslide_fem.preprocess.footprint.pressure_map import PressureMap, as_map, gaussian_profile
 from iceslide_fem.preprocess.footprint.reading import read_footprint
 from iceslide_fem.preprocess.footprint.ride import Ride
+from iceslide_fem.preprocess.footprint.survey import summary, survey
 from iceslide_fem.preprocess.wheel.brush import Rolling
 from iceslide_fem.preprocess.wheel.contact import FilmContact
 from iceslide_fem.preprocess.wheel.friction import Tread, friction
@@ -206,7 +207,7 @@ def test_a_map_is_of_the_water_and_the_ice_of_its_curves():
 def test_dry_contact_along_a_line_is_that_of_its_lines_and_its_command(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     texts = {"slip": "1", "dry_stress": "2 bar", "initial_height": "0 nm"}
-    texts["ice_temperature"] = "-20 degC"
+    texts["temperature"] = "-20 degC"
     for given in (texts, texts | {"dry_stress": "0", "initial_height": "1000 nm"}):
         answer = line.curves(given)
         found: dict = {}
@@ -216,22 +217,23 @@ def test_dry_contact_along_a_line_is_that_of_its_lines_and_its_command(tmp_path,
         words = shlex.split(answer["command"].replace("\\\n", " "))[2:]
         names = (word.removeprefix("--").replace("-", "_") for word in words[::2])
         case = FootprintCase.of(dict(zip(names, words[1::2], strict=True)))
-        asked = line_case.LineCase.of(given)
-        assert case.law.film.dry_shear == asked.dry_shear
-        assert case.initial_height == asked.initial_height
-    slow = {"slip": "1e-3", "ice_temperature": "-20 degC"}
+        stress, height = (2e5, 0.0) if given is texts else (None, 1e-6)
+        assert case.dry_stress == stress and case.initial_height == pytest.approx(height)
+    slow = {"slip": "1e-3", "temperature": "-20 degC"}
     for more, doubted in (({}, True), ({"dry_stress": "2 bar"}, False)):
         notes = line.curves(slow | more)["notes"]
         assert any("does not melt" in note for note in notes) == doubted
-    with pytest.raises(SceneError, match="initial_height = 0 m is out of range"):
+    with pytest.raises(SceneError, match="--initial-height = 0 m is out of range"):
         line.curves({"initial_height": "0"})
 
 
 @pytest.mark.quick
 def test_the_wheel_is_that_of_the_library():
-    texts = {"speed": "20 km/h", "ice_temperature": "-8 degC", "stiffness": "40 MPa/m"}
+    texts = {"speed": "20 km/h", "temperature": "-8 degC", "stiffness": "40 MPa/m"}
     answer = wheel.curves(texts)
-    pressure = PressureMap(np.full((1, 20), 2e5), 6e-3, 1.0)
+    _, even = gaussian_profile(0.12, 2e5, sigma=wheel.EVEN)
+    pressure = PressureMap(even.reshape(1, 20, -1).mean(axis=2), 6e-3, 1.0)
+    assert pressure.pressure == pytest.approx(2e5, rel=1e-4)
     contact = FilmContact(Ride(5.0, 5.0, 265.15), CONTACT_TABLES["B"], 2e-2)
     rolls = [Rolling(20 / 3.6, slip) for slip in answer["series"]["slip"]]
     points = friction(pressure, rolls, Tread(40e6), contact)
@@ -249,7 +251,7 @@ def test_the_wheel_is_that_of_the_library():
 
 WHEELS = {
     "slick": {},
-    "blocks": {"profile": "gaussian", "tread": "blocks", "speed": "20 km/h", "sigma": "25 mm"},
+    "blocks": {"tread": "blocks", "speed": "20 km/h", "gaussian.2": "25 mm"},
     "dry": {"dry_stress": "3.3 bar", "initial_height": "0 nm", "dry_softening": "8 K"},
 }
 
@@ -272,13 +274,13 @@ def test_lines_of_python_and_command_of_a_wheel(texts, tmp_path, monkeypatch):
     # The command's even pressure is a Gaussian that is wide.
     length, peak, sigma = map(float, options["--gaussian"].split(","))
     ends = gaussian_profile(length, peak, 540, sigma)[1][[0, -1]]
-    assert ("profile" in texts) == bool((ends < 0.99 * peak).all())
+    assert ("gaussian.2" in texts) == bool((ends < 0.99 * peak).all())
 
 
 def test_every_slider_of_the_wheel_changes_it():
-    blocks = {"profile": "gaussian", "tread": "blocks"}
-    dry = {"dry_stress": "2 bar", "ice_temperature": "-1 degC"}
-    for slider in wheel.SLIDERS:
+    blocks = {"gaussian.2": "30 mm", "tread": "blocks"}
+    dry = {"dry_stress": "2 bar", "temperature": "-1 degC"}
+    for slider in wheel.TAB.sliders:
         texts = blocks | (dry if slider.key.startswith("dry") else {})
         values = (1.0, 2.0) if slider.key == "dry_stress" else (slider.start, 0.8 * slider.start)
         before, after = (
@@ -345,81 +347,86 @@ def test_a_table_of_ones_own(tmp_path, served):
 @pytest.mark.quick
 def test_the_line_is_that_of_the_library(served, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    texts = {"slip": "2e-5", "ice_temperature": "-6 degC", "source": "next pixel"}
+    texts = {"thesis_slip": "2e-5", "temperature": "-6 degC", "model": "next pixel"}
     status, answer = served.ask("line", texts=texts | {"thesis_balance": "yes"})
-    x, pressure = gaussian_profile(0.18, 4e5, line_case.POINTS, 0.03)
-    expected = macroscopic_line(
-        pressure, x[1] - x[0], Macroscopic(slip=2e-5, ice_temperature=267.15)
-    )
-    assert status == 200 and np.allclose(answer["series"]["model_mu"], expected.mu, rtol=1e-12)
-    assert np.allclose(answer["series"]["model_flux"], expected.flux, rtol=1e-12)
+    x, pressure = gaussian_profile(0.18, 4e5, sigma=0.03)
+    parameters = Macroscopic(slip=2e-5, ice_temperature=267.15)
+    expected = heat_model(as_map(pressure, x[1] - x[0]), parameters)
+    assert status == 200 and np.allclose(answer["series"]["model_mu"], expected.mu[0], rtol=1e-12)
+    assert np.allclose(answer["series"]["model_flux"], expected.flux[0], rtol=1e-12)
     found: dict = {}
     exec(answer["python"], found)
-    assert np.allclose(found["found"]["mu_thesis"], expected.mu, rtol=1e-12)
+    assert np.allclose(found["found"]["mu_thesis"], expected.mu[0], rtol=1e-12)
 
 
 def test_friction_of_the_printed_slip_is_in_doubt_and_shown_if_asked_for():
     """The page begins with the film law, and says no friction that nothing has."""
     untouched = line.curves({})
-    assert untouched["notes"] == [] and 0.02 < untouched["numbers"]["mu_mean"] < 0.5
+    case = FootprintCase.of({"gaussian": "180mm,4bar,30mm"})
+    assert untouched["notes"] == summary(survey(case, read_footprint(case)))["warnings"]
+    assert not any("mu" in note.split() for note in untouched["notes"])
+    assert 0.02 < untouched["numbers"]["mu_mean"] < 0.5
     assert set(untouched["numbers"]) == {"mu_mean", "leading", "trailing"}
     assert not any("model" in name for name in untouched["series"])
-    printed = {"thesis_balance": "yes", "slip": "1e-5", "source": "next pixel"}
+    printed = {"thesis_balance": "yes", "model": "next pixel"}
     assert any("mu by (4.7) to (4.9) is 35" in note for note in line.curves(printed)["notes"])
 
 
 def test_sliders_of_the_line_begin_with_the_data_as_printed():
-    texts = {slider.key: slider.text(slider.start) for slider in line.SLIDERS}
+    texts = {slider.key: slider.text(slider.start) for slider in line.TAB.sliders}
+    texts |= {"thesis_balance": "yes", "model": "next pixel"}
     texts.pop("air_temperature")  # empty at first: that of the ice
-    assert line_case.LineCase.of(texts).parameters == Macroscopic(
-        slip=1.0, source="moving", effusivity=TABLE_1_ICE.effusivity
-    )
-    assert line_case.LineCase.of(texts) == line_case.LineCase()
+    case = FootprintCase.of(line.TAB.options(texts))
+    assert case.thesis == Macroscopic(effusivity=TABLE_1_ICE.effusivity)
+    assert case.moving == replace(case.thesis, slip=1.0, source="moving")
+    assert not case.law.film.dry_stress
 
 
 def test_every_slider_of_the_line_changes_it():
     picture = str(CASES.parent / "docs" / "pictures" / "footprint_picture.jpg")
-    boxes = {"legend": "556,42,583,378", "crop": "0,0,540,420", "image": picture}
-    for slider in line.SLIDERS:
-        texts = dict(boxes, profile="picture") if slider.key in line.OF_PICTURE else {}
+    boxes = {"legend": "556,42,583,378", "crop": "0,0,540,420", "image": picture, "row": "210"}
+    for slider in line.TAB.sliders:
+        texts = dict(boxes, source="image") if slider.key in line.OF_PICTURE else {}
         if slider.key in line.OF_FILM:
             texts = {"slip": "1", "dry_stress": "2 bar"}
         else:
-            texts |= {"thesis_balance": "yes", "source": "next pixel"}
+            texts |= {"thesis_balance": "yes", "model": "next pixel"}
         if slider.key == "water_conductivity":
-            texts |= {"ice_temperature": "-1 degC"}
+            texts |= {"temperature": "-1 degC"}
         before, after = (
             line.curves(texts | {slider.key: slider.text(value)})
-            for value in (
-                (0.5, 0.55) if slider.key == "row" else (slider.start or 1.0, slider.start * 0.9)
-            )
+            for value in (slider.start or 1.0, slider.start * 0.9)
         )
         assert before["series"] != after["series"], slider.key
+    rows = (
+        line.curves(boxes | {"source": "image", "row": row})["series"] for row in ("210", "240")
+    )
+    assert next(rows) != next(rows)
 
 
-@pytest.mark.parametrize("source", ["next pixel", "moving"])
-@pytest.mark.parametrize("profile", ["gaussian", "file", "picture"])
-def test_the_command_of_a_line_computes_the_line(profile, source, tmp_path):
+@pytest.mark.parametrize("model", ["next pixel", "moving"])
+@pytest.mark.parametrize("source", ["gaussian", "line", "image"])
+def test_the_command_of_a_line_computes_the_line(source, model, tmp_path):
     picture = str(CASES.parent / "docs" / "pictures" / "footprint_picture.jpg")
     (tmp_path / "line.csv").write_text("x_mm,pressure_bar\n1,0\n3,2\n5,3\n7,1\n")
     texts = {
-        "gaussian": {"peak": "3 bar", "sigma": "20 mm"},
-        "file": {"file": str(tmp_path / "line.csv")},
-        "picture": {"image": picture, "crop": "0,0,540,420", "row": "0.3"}
+        "gaussian": {"gaussian.1": "3 bar", "gaussian.2": "20 mm"},
+        "line": {"line": str(tmp_path / "line.csv")},
+        "image": {"image": picture, "crop": "0,0,540,420", "row": "280"}
         | {"legend": "556,42,583,378"},
-    }[profile]
-    slip = "0.3" if source == "moving" else "2e-5"
-    texts |= {"profile": profile, "source": source, "slip": slip, "ice_density": "900"}
-    texts |= {"thesis_balance": "yes"}
-    texts |= {"air_temperature": "-10 degC", "tread_conductivity": "0.3", "time": "2 s"}
+    }[source]
+    texts |= {"source": source, "model": model, "slip": "0.3", "ice_material.1": "900"}
+    texts |= {"thesis_balance": "yes", "thesis_slip": "2e-5"}
+    texts |= {"air_temperature": "-10 degC", "tread_material.0": "0.3", "thesis_time": "2 s"}
     answer = line.curves(texts)
     words = shlex.split(answer["command"].replace("\\\n", ""))[2:]
     words.remove("--thesis-balance")
-    given = {"image": words.pop(0)} if profile == "picture" else {}
+    given = {"image": words.pop(0)} if source == "image" else {}
     given["thesis_balance"] = True
     names = (word.removeprefix("--").replace("-", "_") for word in words[::2])
     case = FootprintCase.of(given | dict(zip(names, words[1::2], strict=True)))
-    parameters = case.moving if source == "moving" else case.thesis
+    assert case.depth == 1e-4 and case.ice_material == (2.22, 900.0, 2020.0)
+    parameters = case.moving if model == "moving" else case.thesis
     read = read_footprint(case).pressure_map
     model = heat_model(read, parameters)
     assert answer["series"]["model_mu"] == model.mu[0].tolist()
@@ -428,7 +435,7 @@ def test_the_command_of_a_line_computes_the_line(profile, source, tmp_path):
 def test_lines_of_python_of_a_row_of_a_picture(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     picture = str(CASES.parent / "docs" / "pictures" / "footprint_picture.jpg")
-    texts = {"profile": "picture", "image": picture, "crop": "0,0,540,420", "row": "0.5"}
+    texts = {"source": "image", "image": picture, "crop": "0,0,540,420", "row": "210"}
     texts |= {"thesis_balance": "yes", "legend": "556,42,583,378"}
     answer, found = line.curves(texts), {}
     exec(answer["python"], found)
@@ -440,11 +447,15 @@ def test_lines_of_python_of_a_row_of_a_picture(tmp_path, monkeypatch):
 def test_lines_of_python_of_a_profile_in_a_file(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "line.csv").write_text("cell_mm,pressure_bar\n1,0\n3,2\n5,3\n7,1\n")
-    texts = {"profile": "file", "file": str(tmp_path / "line.csv"), "thesis_balance": "yes"}
+    texts = {"source": "line", "line": str(tmp_path / "line.csv"), "thesis_balance": "yes"}
     answer, found = line.curves(texts), {}
     exec(answer["python"], found)
     assert answer["series"]["pressure"] == [0.0, 2.0, 3.0, 1.0]
     assert np.allclose(answer["series"]["model_mu"], found["found"]["mu_moving"])
+
+
+ICE_FIELDS = ["ice_material.0", "ice_material.1", "ice_material.2"]
+GAUSSIAN_FIELDS = ["gaussian.1", "gaussian.0", "gaussian.2"]
 
 
 @pytest.mark.parametrize(
@@ -467,11 +478,14 @@ def test_lines_of_python_of_a_profile_in_a_file(tmp_path, monkeypatch):
         ),
         ("point", {"ice.temperature": "-4"}, ["ice.temperature"], "out of range"),
         ("line", {"speed": "fast"}, ["speed"], "not a number with a unit"),
-        ("line", {"profile": "picture"}, ["image"], "is missing"),
+        ("line", {"source": "image"}, ["image"], "is missing"),
+        ("line", {"source": "line", "line": "none.csv"}, ["line"], "is not a file"),
+        ("line", {"thesis_balance": "yes", "ice_material.1": "9"}, ICE_FIELDS, "a density that is"),
+        ("line", {"ice_temperature": "-4 degC"}, [], "ice_temperature is not a known key"),
         ("wheel", {"speed": "50 km"}, ["speed"], "wrong unit"),
-        ("wheel", {"tread": "blocks", "groove": "28 mm"}, ["groove"], "leaves no block"),
-        ("wheel", {"profile": "gaussian", "sigma": "5 mm"}, ["sigma"], "less than a cell"),
-        ("wheel", {"profile": "round"}, ["profile"], "is not available; allowed"),
+        ("wheel", {"tread": "blocks", "groove": "28 mm"}, ["pitch", "groove"], "leaves no block"),
+        ("wheel", {"gaussian.2": "0.1 mm"}, GAUSSIAN_FIELDS, "is out of range"),
+        ("wheel", {"tread": "round"}, ["tread"], "is not available; allowed"),
         ("wheel", {"initial_height": "0 nm"}, ["initial_height"], "is out of range"),
         ("scene", {"name": "a/b"}, ["name"], "is not a name"),
         ("scene", {"model": "cube"}, ["model"], "is not available; allowed"),

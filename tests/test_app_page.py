@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from app_server import fixtures
 
-from iceslide_fem.app import line, line_case, point, wheel
+from iceslide_fem.app import line, point, wheel
 from iceslide_fem.runs.point import point_history
 from iceslide_fem.scene import scene_from_dict
 
@@ -173,21 +173,18 @@ def test_without_the_token_the_browser_shows_what_to_do(served, open_page):
 
 
 def test_every_slider_of_the_line_redraws_what_the_library_computes(served, open_page):
-    page = opened(open_page, served, "#tab=line&thesis_balance=yes&source=next+pixel")
+    page = opened(open_page, served, "#tab=line&thesis_balance=yes&model=next+pixel")
     wait_drawn(page, count="lines")
-    picture = dict(profile="picture", image=PICTURE, legend="556,42,583,378", crop="0,0,540,420")
+    picture = dict(source="image", image=PICTURE, legend="556,42,583,378", crop="0,0,540,420")
+    picture["row"] = "210"
     for profile in ({}, picture):
         if profile:
             before = drawn(page, "lines")
-            state = {"tab": "line", "thesis_balance": "yes", "source": "next pixel"} | profile
+            state = {"tab": "line", "thesis_balance": "yes", "model": "next pixel"} | profile
             page.evaluate("state => { location.hash = state; }", urlencode(state))
             wait_drawn(page, before, "lines")
-        moved = [
-            slider.key
-            for slider in line.SLIDERS
-            if slider.key
-            in (line.OF_PICTURE if profile else set(line_case.KEYS) - {"max_pressure", "row"})
-        ]
+        of_picture = {slider.key: slider.key in line.OF_PICTURE for slider in line.TAB.sliders}
+        moved = [key for key, is_there in of_picture.items() if is_there == bool(profile)]
         for key in moved:
             before = drawn(page, "lines")
             page.evaluate(MOVE, [f"line-{key}-slider", 450])
@@ -230,10 +227,10 @@ def test_every_slider_of_the_wheel_redraws_what_the_library_computes(served, ope
     page = open_page(meant=REFUSED)
     asked = []
     page.on("request", lambda request: asked.append(request.url.rpartition("/")[2]))
-    page.goto(served.address + "#tab=wheel&profile=gaussian&tread=blocks")
+    page.goto(served.address + "#tab=wheel&gaussian.2=30+mm&tread=blocks")
     wait_drawn(page, count="wheels")
     assert asked.count("wheel") == 1  # an address is computed once
-    for slider in wheel.SLIDERS:
+    for slider in wheel.TAB.sliders:
         before = drawn(page, "wheels")
         page.evaluate(MOVE, [f"wheel-{slider.key}-slider", 450])
         wait_drawn(page, before, "wheels")

@@ -17,8 +17,8 @@ from iceslide_fem.film.conditions import (
 from iceslide_fem.film.contact_age import ContactAge, contact_age
 from iceslide_fem.film.point import simulate
 from iceslide_fem.preprocess.footprint.case import FootprintCase
-from iceslide_fem.preprocess.footprint.line import as_map
 from iceslide_fem.preprocess.footprint.passing import film_map
+from iceslide_fem.preprocess.footprint.pressure_map import as_map
 from iceslide_fem.preprocess.footprint.reading import read_footprint
 from iceslide_fem.preprocess.footprint.ride import Ride
 from iceslide_fem.preprocess.footprint.survey import survey

@@ -6,8 +6,6 @@ import pytest
 from iceslide_fem import point
 from iceslide_fem.film.shear_strength import ShearStrength
 from iceslide_fem.preprocess.footprint.case import FootprintCase
-from iceslide_fem.preprocess.footprint.line import film_line
-from iceslide_fem.preprocess.footprint.macroscopic import Macroscopic
 from iceslide_fem.preprocess.footprint.passing import film_map
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.reading import read_footprint
@@ -96,10 +94,11 @@ def test_after_a_gap_the_ice_is_warmer_and_so_shears_less():
 
 
 def test_a_line_takes_it_too():
-    pressure, parameters = strip(np.array([2e5])), Macroscopic(slip=1.0, speed=4.0)
-    found = film_line(pressure.pressure[0], pressure.dx, parameters, B, STRENGTH, 0.0)
-    ride = DRY._replace(temperature=parameters.ice_temperature)
-    np.testing.assert_array_equal(found.shear, film_map(pressure, ride, B).shear[0])
+    keys = {"gaussian": "40mm,2bar,8mm", "speed": 4.0, "temperature": "-0.5 degC"}
+    line = FootprintCase.of(keys | KEYS)
+    read = read_footprint(line)
+    found, alone = survey(line, read).film, film_map(read.pressure_map, DRY, B, line.tolerance)
+    np.testing.assert_allclose(found.shear, alone.shear, rtol=1e-12)
 
 
 def test_rows_of_a_file_are_the_number_that_they_follow(tmp_path):

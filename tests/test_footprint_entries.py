@@ -7,8 +7,8 @@ import pytest
 from program import exit_code, rows_of
 
 from iceslide_fem.preprocess.footprint.case import FootprintCase
-from iceslide_fem.preprocess.footprint.line import gaussian_profile
 from iceslide_fem.preprocess.footprint.macroscopic import State, heat_model
+from iceslide_fem.preprocess.footprint.pressure_map import gaussian_profile
 from iceslide_fem.preprocess.footprint.reading import read_footprint
 from iceslide_fem.preprocess.footprint.survey import summary, survey
 from iceslide_fem.runtime.errors import SceneError

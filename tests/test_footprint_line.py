@@ -7,10 +7,9 @@ import pytest
 
 from iceslide_fem import reference
 from iceslide_fem.preprocess.footprint.jaeger import TABLE_1_ICE, jaeger_rise
-from iceslide_fem.preprocess.footprint.line import film_line, gaussian_profile, macroscopic_line
 from iceslide_fem.preprocess.footprint.macroscopic import Macroscopic, State, heat_model
 from iceslide_fem.preprocess.footprint.passing import film_map
-from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
+from iceslide_fem.preprocess.footprint.pressure_map import PressureMap, as_map, gaussian_profile
 from iceslide_fem.preprocess.footprint.ride import Ride
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.materials import CONTACT_TABLES, MELTING_TEMPERATURE, Solid
@@ -19,6 +18,13 @@ pytestmark = pytest.mark.quick
 
 LENGTH, PEAK = 0.18, 2e5
 PRINTED, MOVING = Macroscopic(), Macroscopic(source="moving", slip=1.0)
+
+
+def macroscopic_line(pressure, dx, parameters, *own):
+    """The one row of the map that the line is."""
+    model = heat_model(as_map(pressure, dx), parameters, *own)
+    rows = ("pressure", "flux", "rise", "temperature", "state", "mu")
+    return model._replace(**{name: getattr(model, name)[0] for name in rows})
 
 
 @pytest.mark.parametrize("parameters", [PRINTED, MOVING], ids=["next pixel", "moving"])
@@ -39,9 +45,12 @@ def test_the_line_is_the_map_that_is_constant_across(parameters):
 
 def test_the_film_along_a_line_is_that_of_the_map():
     _, pressure = gaussian_profile(LENGTH, PEAK, 30)
-    film = film_line(pressure, LENGTH / 30, MOVING, CONTACT_TABLES["B"])
+    line = as_map(pressure, LENGTH / 30)
     footprint = PressureMap(np.tile(pressure, (3, 1)), LENGTH / 30, 1e-3)
-    whole = film_map(footprint, Ride(3.0, 3.0, MELTING_TEMPERATURE - 4.0), CONTACT_TABLES["B"])
+    film, whole = (
+        film_map(each, Ride(3.0, 3.0, MELTING_TEMPERATURE - 4.0), CONTACT_TABLES["B"])
+        for each in (line, footprint)
+    )
     assert whole.shear == pytest.approx(np.tile(film.shear, (3, 1)), rel=1e-12)
 
 

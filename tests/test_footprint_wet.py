@@ -11,9 +11,8 @@ from program import rows_of
 from iceslide_fem.cli import main
 from iceslide_fem.film.lugs import lugs_of
 from iceslide_fem.preprocess.footprint.case import FootprintCase
-from iceslide_fem.preprocess.footprint.line import gaussian_profile
 from iceslide_fem.preprocess.footprint.passing import film_map
-from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
+from iceslide_fem.preprocess.footprint.pressure_map import PressureMap, gaussian_profile
 from iceslide_fem.preprocess.footprint.reading import read_footprint
 from iceslide_fem.preprocess.footprint.ride import Ride, WetIce
 from iceslide_fem.preprocess.footprint.survey import summary, survey

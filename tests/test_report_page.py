@@ -29,7 +29,7 @@ from iceslide_fem.postprocess.report.page import plain, thinned  # noqa: E402
 from iceslide_fem.postprocess.results import read_run  # noqa: E402
 from iceslide_fem.postprocess.results.quantities import BALANCE  # noqa: E402
 from iceslide_fem.preprocess.footprint.case import FootprintCase  # noqa: E402
-from iceslide_fem.preprocess.footprint.line import gaussian_profile  # noqa: E402
+from iceslide_fem.preprocess.footprint.pressure_map import gaussian_profile  # noqa: E402
 from iceslide_fem.preprocess.footprint.synthetic import Tread, grey_picture, save  # noqa: E402
 from iceslide_fem.runs.checkpoint import write_checkpoint  # noqa: E402
 from iceslide_fem.runs.doubts import before_run  # noqa: E402

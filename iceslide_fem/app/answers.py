@@ -14,10 +14,16 @@ from typing import Any
 import tomlkit
 
 from iceslide_fem import __version__
-from iceslide_fem.app import form, line, line_case, point, wheel, wheel_case
-from iceslide_fem.app.form import checked_texts, scene_of, tables, texts_of
+from iceslide_fem.app import form, line, point, wheel
+from iceslide_fem.app.form import (
+    checked_texts,
+    named_in,
+    scene_lines,
+    scene_of,
+    tables,
+    texts_of,
+)
 from iceslide_fem.app.runs import Runs
-from iceslide_fem.app.snippets import run_lines
 from iceslide_fem.runs.doubts import before_run
 from iceslide_fem.runs.model_levels import resolved
 from iceslide_fem.runs.notes import notes
@@ -26,6 +32,14 @@ from iceslide_fem.workflow.planning.doubts import expected
 from iceslide_fem.workflow.planning.info import describe
 
 Asked = Mapping[str, Any]
+TABS = {"line": line.TAB, "wheel": wheel.TAB}
+RUN_LINES = """\
+from iceslide_fem.scene import scene_from_dict
+from iceslide_fem.simulate import run
+
+{scene}
+summary = run(scene, {out!r})
+"""
 
 
 class Answers:
@@ -39,10 +53,11 @@ class Answers:
         self._meshing = threading.Lock()  # gmsh has one model at a time
 
     @staticmethod
-    def keys(name: str) -> list[str]:
-        """All field names that messages of the answer `name` may contain."""
-        own = {"line": line_case.KEYS, "wheel": wheel_case.KEYS}
-        return own.get(name, [*form.keys(), "contact"])
+    def fields_in(name: str, sentence: str) -> list[str]:
+        """Keys of the fields that a `sentence` of the answer `name` is about."""
+        if name in TABS:
+            return TABS[name].fields_in(sentence)
+        return named_in(sentence, [*form.keys(), "contact"])
 
     def by_name(self) -> dict[str, Callable[[Asked], Any]]:
         """Name in the address -> answer function."""
@@ -73,8 +88,7 @@ class Answers:
                 "constants": point.CONSTANTS,
                 "quantities": point.QUANTITIES,
             },
-            "line": line.described(),
-            "wheel": wheel.described(),
+            **{name: tab.described() for name, tab in TABS.items()},
             "scene": self._start,
             "link": self._link,
         }
@@ -83,11 +97,12 @@ class Answers:
         """Validate the scene in the fields; its file and its Python code."""
         texts = _texts(asked)
         scene = scene_of(texts)
+        folder = str(self._runs.folder(scene))
         return {
             "notes": notes(scene),
             "toml": tomlkit.dumps(tables(texts)),
-            "python": run_lines(tables(texts), str(self._runs.folder(scene))),
-            "folder": str(self._runs.folder(scene)),
+            "python": RUN_LINES.format(scene=scene_lines(tables(texts)), out=folder),
+            "folder": folder,
         }
 
     def info(self, asked: Asked) -> dict[str, Any]:

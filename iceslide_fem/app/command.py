@@ -1,4 +1,7 @@
-"""Work of `iceslide app`: a private address, the server, the browser."""
+"""`iceslide app`: a private address, the server, the browser.
+
+Nothing heavy is imported before the options are read.
+"""
 
 from __future__ import annotations
 
@@ -8,13 +11,15 @@ import socket
 import sys
 import webbrowser
 from pathlib import Path
+from typing import Annotated
 
 import psutil
+import typer
 
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.files import check_writable
 from iceslide_fem.runtime.launch import termination_as_interrupt
-from iceslide_fem.scene import read_scene, scene_from_dict
+from iceslide_fem.runtime.options import folder_option
 
 HOME = "127.0.0.1"
 EXTRA = (
@@ -27,12 +32,35 @@ WARNING = (
 )
 
 
-def serve(scene: str | None, out: Path, host: str, port: int, browser: bool) -> None:
-    """Serve the page until Ctrl-C, which also ends its runs.
-
-    scene: file of the initial scene, or a link copied from a page. Raises SceneError if the scene,
-    the address or the folder of the runs is unsuitable, or if a package is missing.
-    """
+def app(
+    scene: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="SCENE.toml|LINK",
+            help="A scene file to begin with, or a link that was copied from the page.",
+            show_default=False,
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None, folder_option("Where runs get their folders; else results.")
+    ] = None,
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, help="Port to listen on; 0 takes a free one.")
+    ] = 0,
+    host: Annotated[
+        str,
+        typer.Option(
+            metavar="ADDRESS",
+            help="Address to listen on. Every other one than the default opens the page to the "
+            "network.",
+        ),
+    ] = HOME,
+    no_browser: Annotated[
+        bool, typer.Option("--no-browser", help="Print the address and open no browser.")
+    ] = False,
+) -> None:
+    """A page in the browser: sliders for friction of a point, a line, a wheel; scenes to run."""
+    folder = out or Path("results")
     try:
         import uvicorn
 
@@ -40,27 +68,28 @@ def serve(scene: str | None, out: Path, host: str, port: int, browser: bool) -> 
         from iceslide_fem.app.form import texts_of
         from iceslide_fem.app.runs import Runs
         from iceslide_fem.app.server import application
+        from iceslide_fem.scene import read_scene, scene_from_dict
     except ModuleNotFoundError as error:
         name = str(error.name).partition(".")[0]
         if name not in ("starlette", "uvicorn"):
             raise
         raise SceneError(EXTRA.format(name)) from None
-    check_writable(out)
+    check_writable(folder)
     link = scene.partition("#")[2] if scene and "://" in scene else ""
     data = read_scene(scene) if scene and "://" not in scene else {}
     if data:
         scene_from_dict(data)
     token = secrets.token_urlsafe(24)
-    runs = Runs(out)
-    app = application(token, Answers(runs, texts_of(data), link), runs, _names(host))
-    config = uvicorn.Config(app, log_level="warning", timeout_graceful_shutdown=1, ws="none")
+    runs = Runs(folder)
+    served = application(token, Answers(runs, texts_of(data), link), runs, _names(host))
+    config = uvicorn.Config(served, log_level="warning", timeout_graceful_shutdown=1, ws="none")
     with _listen(host, port) as listening, termination_as_interrupt():
         try:
             if host != HOME:
                 print(WARNING.format(host), file=sys.stderr)
             address = f"http://{_shown(host)}:{listening.getsockname()[1]}/{token}/"
             print(f"{address}\nCtrl-C ends the page and the runs that it has started.", flush=True)
-            if browser and _has_screen():
+            if not no_browser and _has_screen():
                 webbrowser.open(address)
             uvicorn.Server(config).run([listening])
         except KeyboardInterrupt:

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from pprint import pformat
+from textwrap import indent
 from typing import Any, Literal, NamedTuple, get_args, get_origin
 
 import numpy as np
 
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.units import to_si
 from iceslide_fem.scene import Scene, parsed, put, scene_from_dict
+from iceslide_fem.scene.command_options import as_number
 from iceslide_fem.scene.fields import default_text, leaves, number_of
 from iceslide_fem.scene.materials import COMPOUNDS
 
@@ -113,6 +117,40 @@ def named_in(sentence: str, known: list[str]) -> list[str]:
         for key in known
         if key.partition(".")[0] == table and key.rpartition(".")[2] in words and "." in key
     ]
+
+
+def chosen(texts: Texts, key: str, allowed: Sequence[str]) -> str:
+    """The text of a choice, by default the first one that is allowed. Raises SceneError."""
+    text = texts.get(key) or allowed[0]
+    if text not in allowed:
+        raise SceneError(f'{key} = "{text[:60]}" is not available; allowed: {", ".join(allowed)}')
+    return text
+
+
+def dry_without_meaning(texts: Texts, table: str = "") -> set[str]:
+    """Keys of dry contact that say nothing: with a stress of 0 or none, or with rows of it.
+
+    table: what stands before the keys.
+    """
+    stress, *softening = (f"{table}dry_{name}" for name in ("stress", "softening", "residual"))
+    number = _number(texts.get(stress, ""))
+    if number is None:
+        return {*softening}
+    return {stress, *softening} if number == 0.0 else set()
+
+
+def _number(text: str) -> float | None:
+    """Number of a text, 0 or in Pa; 0 for an empty text, None for other texts."""
+    value = as_number(text.strip() or "0")
+    try:
+        return value if isinstance(value, float) else to_si(value, "Pa")
+    except ValueError:
+        return None
+
+
+def scene_lines(given: Mapping[str, Any]) -> str:
+    """Python code that makes the scene of nested tables."""
+    return f"scene = scene_from_dict(\n{indent(pformat(dict(given), sort_dicts=False), '    ')}\n)"
 
 
 def _field(key: str, field: Any) -> dict[str, Any]:

@@ -11,8 +11,15 @@ from typing import Any
 import numpy as np
 import tomlkit
 
-from iceslide_fem.app.form import Slider, Texts, scene_of, tables
-from iceslide_fem.app.snippets import map_lines, point_lines
+from iceslide_fem.app.form import (
+    Slider,
+    Texts,
+    chosen,
+    dry_without_meaning,
+    scene_lines,
+    scene_of,
+    tables,
+)
 from iceslide_fem.film.conditions import (
     ice_model,
     scene_conditions,
@@ -25,7 +32,7 @@ from iceslide_fem.runs.notes import notes
 from iceslide_fem.runs.point import point_history
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.runtime.units import ZERO_CELSIUS, to_si
+from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import Scene
 
 T_0 = ZERO_CELSIUS
@@ -55,6 +62,35 @@ CONDITIONS = {slider.key: slider.key.rpartition(".")[2] for slider in SLIDERS}
 TOLERANCE = "5e-3"  # of mu(t): below the width of a line
 MAP_SIZE = 21  # values along each side of a map
 MAP_TOLERANCE = 1e-2
+POINT_LINES = """\
+from iceslide_fem.runs.point import point_history
+from iceslide_fem.scene import scene_from_dict
+
+{scene}
+rows, results = point_history(scene)
+time = [row.time_s for row in rows]
+mu = [row.mu for row in rows]
+print(results["mu_mean"])
+"""
+MAP_LINES = """\
+import numpy as np
+
+from iceslide_fem import point
+from iceslide_fem.film.conditions import ice_model, scene_loading, varied_conditions
+from iceslide_fem.scene import scene_from_dict
+
+{scene}
+x, y = np.meshgrid(
+    {values_x},  # {x}, SI
+    {values_y},  # {y}, SI
+)
+conditions = varied_conditions(scene, {x}=x.ravel(), {y}=y.ravel())
+loading, water = scene_loading(scene), scene.water.table
+found = point.simulate(
+    conditions, ice_model(scene), {tolerance:g}, loading=loading, water=water
+)
+z = found.{quantity}.reshape(x.shape)
+"""
 
 
 def scene_texts(texts: Texts) -> dict[str, str]:
@@ -63,14 +99,10 @@ def scene_texts(texts: Texts) -> dict[str, str]:
     A dry stress of 0 means none. Without a dry stress, or with a table of it, softening is removed.
     Raises SceneError if the choice is not in `CONTACTS`.
     """
-    contact = texts.get("contact", CONTACTS[0])
-    if contact not in CONTACTS:
-        raise SceneError(f'contact = "{contact[:60]}" is none of {", ".join(CONTACTS)}')
+    contact = chosen(texts, "contact", CONTACTS)
     left_out = {"contact", *CONSTANTS, "film.contact"}
     left_out -= {"constants": {*CONSTANTS}, "table": {"film.contact"}}.get(contact, set())
-    stress = _number(texts.get(DRY_STRESS, ""))
-    if stress is None or stress == 0.0:
-        left_out |= {*SOFTENING} if stress is None else {DRY_STRESS, *SOFTENING}
+    left_out |= dry_without_meaning(texts, "film.")
     fixed = {"name": "point", "model": "point", "rubber.compound": "B", "ice.heat": "column"}
     fixed["numerics.tolerance"] = TOLERANCE
     return fixed | {key: text for key, text in texts.items() if key not in left_out}
@@ -90,7 +122,7 @@ def curves(texts: Texts) -> dict[str, Any]:
         "values": _values(scene),
         "notes": [*notes(scene), *results["warnings"]],
         "toml": tomlkit.dumps(tables(given)),
-        "python": point_lines(tables(given)),
+        "python": POINT_LINES.format(scene=scene_lines(tables(given))),
     }
 
 
@@ -126,7 +158,15 @@ def friction_map(texts: Texts, along: Sequence[str], quantity: str) -> dict[str,
         "z": getattr(result, quantity).reshape(MAP_SIZE, MAP_SIZE).tolist(),
         "along": [x.key, y.key],
         "quantity": QUANTITIES[quantity],
-        "python": map_lines(tables(given), CONDITIONS, (x, y), MAP_SIZE, MAP_TOLERANCE, quantity),
+        "python": MAP_LINES.format(
+            scene=scene_lines(tables(given)),
+            x=CONDITIONS[x.key],
+            y=CONDITIONS[y.key],
+            values_x=_values_in_python(x),
+            values_y=_values_in_python(y),
+            tolerance=MAP_TOLERANCE,
+            quantity=quantity,
+        ),
     }
 
 
@@ -199,13 +239,8 @@ def _values(scene: Scene) -> dict[str, float]:
     return found | {key: value for key, value in numbers.items() if isinstance(value, float)}
 
 
-def _number(text: str) -> float | None:
-    """Number of a text, 0 or in Pa; 0 for an empty text, None for other texts."""
-    try:
-        return float(text.strip() or 0.0)
-    except ValueError:
-        pass
-    try:
-        return to_si(text.strip(), "Pa")
-    except ValueError:
-        return None
+def _values_in_python(slider: Slider) -> str:
+    """Python code of the slider's values on a map, SI."""
+    space = "geomspace" if slider.log else "linspace"
+    shift = f" + {slider.shift:g}" if slider.shift else ""
+    return f"{slider.scale:g} * np.{space}({slider.low:g}, {slider.high:g}, {MAP_SIZE}){shift}"

@@ -36,7 +36,6 @@ from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from iceslide_fem.app.answers import Answers
-from iceslide_fem.app.form import named_in
 from iceslide_fem.app.runs import Runs
 from iceslide_fem.runtime.errors import IceslideError
 
@@ -95,7 +94,7 @@ def application(token: str, answers: Answers, runs: Runs, hosts: Sequence[str]) 
 
     def asked(name: str, answer: Answer) -> Callable[[Request], Any]:
         async def endpoint(request: Request) -> Response:
-            return await _answered(request, answer, Answers.keys(name))
+            return await _answered(request, name, answer)
 
         return endpoint
 
@@ -131,7 +130,7 @@ def application(token: str, answers: Answers, runs: Runs, hosts: Sequence[str]) 
     )
 
 
-async def _answered(request: Request, answer: Answer, keys: list[str]) -> Response:
+async def _answered(request: Request, name: str, answer: Answer) -> Response:
     """The answer as JSON, or 422 with a message and the keys that it names."""
     if request.headers.get("content-type", "").partition(";")[0] != "application/json":
         return JSONResponse({"sentence": "only JSON is answered", "keys": []}, 415)
@@ -152,7 +151,7 @@ async def _answered(request: Request, answer: Answer, keys: list[str]) -> Respon
         sentence = str(error)
     finally:
         _hear_signals()
-    return JSONResponse({"sentence": sentence, "keys": named_in(sentence, keys)}, 422)
+    return JSONResponse({"sentence": sentence, "keys": Answers.fields_in(name, sentence)}, 422)
 
 
 def _hear_signals() -> None:

@@ -1,58 +1,66 @@
-"""The tab of the wheel: its fields, and friction over slip."""
+"""The tab of the wheel: what `iceslide wheel` computes, on fewer pixels."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from iceslide_fem.app.film_case import slider_of
 from iceslide_fem.app.form import Texts
-from iceslide_fem.app.snippets import api_lines
-from iceslide_fem.app.wheel_case import WheelLine
+from iceslide_fem.app.tab import Tab, slider_of
+from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
+from iceslide_fem.preprocess.footprint.reading import ReadFootprint, read_source
+from iceslide_fem.preprocess.wheel import friction
+from iceslide_fem.preprocess.wheel.block_shear import stiffness_of
 from iceslide_fem.preprocess.wheel.case import WheelCase
-from iceslide_fem.preprocess.wheel.friction import Curve, SlipPoint, friction
-from iceslide_fem.preprocess.wheel.output import little_melting
+from iceslide_fem.preprocess.wheel.friction import Curve
+from iceslide_fem.preprocess.wheel.output import summary
 from iceslide_fem.runtime.units import ZERO_CELSIUS
-from iceslide_fem.scene.materials import BAR
+from iceslide_fem.scene.materials import BAR, COMPOUNDS
 
 KMH = 1.0 / 3.6  # m/s
 T_0 = ZERO_CELSIUS
-_slider = partial(slider_of, WheelLine)
-SLIDERS = (
-    _slider("speed", "V, speed", "km/h", KMH, 2.0, 150.0),
-    _slider("ice_temperature", "T₀, ice temperature", "degC", 1.0, -30.0, -0.1, False, T_0),
-    _slider("pressure", "largest pressure", "bar", BAR, 0.2, 20.0),
-    _slider("length", "length of the patch", "mm", 1e-3, 20.0, 300.0, False),
-    _slider("sigma", "standard deviation of the Gaussian", "mm", 1e-3, 10.0, 200.0),
-    _slider("stiffness", "shear stiffness of the tread", "MPa/m", 1e6, 1.0, 1000.0),
-    _slider("pitch", "pitch of the blocks", "mm", 1e-3, 10.0, 100.0, False),
-    _slider("groove", "groove between two", "mm", 1e-3, 1.0, 20.0, False),
-    _slider("initial_height", "h₀, first film height", "nm", 1e-9, 5.0, 1000.0, zero=True),
-    _slider("dry_stress", "dry contact: stress, or 0", "bar", BAR, 0.1, 20.0, zero=True),
-    _slider("dry_softening", "dry contact: softens over", "K", 1.0, 0.5, 50.0),
-    _slider("dry_residual", "dry contact: 0 above melting by", "K", 1.0, 0.0, 10.0, False),
-)
-OF_GAUSSIAN = ("sigma",)
+CELLS = 20  # along the patch
+TOLERANCE = 2e-2  # of the films; the cells dominate the error of the curve
+# Slip ratios, denser at low slip, where dry contact has its peak.
+SLIPS = ",".join(f"{(i / 20) ** 2:.4g}" for i in range(21))
+EVEN = 5.0  # m, standard deviation of a Gaussian that is uniform over any patch
+STIFFNESS = COMPOUNDS["B"].shear_modulus / 8e-3  # Pa/m, G / H of a slick tread of 8 mm
 OF_BLOCKS = ("pitch", "groove")
-
-
-def described() -> dict[str, Any]:
-    """Data of the fields for the page; only: choices with which a field has an effect."""
-    return {
-        "sliders": [slider.described() for slider in SLIDERS],
-        "texts": [],
-        "choices": [
-            ("profile", "pressure along the patch", ("even", "gaussian")),
-            ("tread", "tread", ("slick", "blocks")),
-        ],
-        "empty": [],
-        "only": {
-            **{key: ("profile", ["gaussian"]) for key in OF_GAUSSIAN},
-            **{key: ("tread", ["blocks"]) for key in OF_BLOCKS},
-        },
-    }
+STARTS: dict[str, Sequence[float]] = {
+    "gaussian": (0.12, 2.0 * BAR, EVEN),
+    "stiffness": (STIFFNESS,),
+    "pitch": (0.028,),
+    "groove": (0.008,),
+    "dry_stress": (0.0,),
+    "dry_softening": (10.0,),
+}
+_slider = partial(slider_of, WheelCase, STARTS)
+TAB = Tab(
+    name="wheel",
+    case=WheelCase,
+    starts=STARTS,
+    needed=("gaussian", "dry_softening", *OF_BLOCKS),
+    sliders=(
+        _slider("speed", "V, speed", "km/h", KMH, 2.0, 150.0),
+        _slider("temperature", "T₀, ice temperature", "degC", 1.0, -30.0, -0.1, False, T_0),
+        _slider("gaussian.1", "largest pressure", "bar", BAR, 0.2, 20.0),
+        _slider("gaussian.0", "length of the patch", "mm", 1e-3, 20.0, 300.0, False),
+        _slider("gaussian.2", "its standard deviation, 5 m: even", "mm", 1e-3, 10.0, 1e3 * EVEN),
+        _slider("stiffness", "shear stiffness of the tread", "MPa/m", 1e6, 1.0, 1000.0),
+        _slider("pitch", "pitch of the blocks", "mm", 1e-3, 10.0, 100.0, False),
+        _slider("groove", "groove between two", "mm", 1e-3, 1.0, 20.0, False),
+        _slider("initial_height", "h₀, first film height", "nm", 1e-9, 5.0, 1000.0, zero=True),
+        _slider("dry_stress", "dry contact: stress, or 0", "bar", BAR, 0.1, 20.0, zero=True),
+        _slider("dry_softening", "dry contact: softens over", "K", 1.0, 0.5, 50.0),
+        _slider("dry_residual", "dry contact: 0 above melting by", "K", 1.0, 0.0, 10.0, False),
+    ),
+    texts=(),
+    choices=(("tread", "tread", ("slick", "blocks")),),
+    only=dict.fromkeys(OF_BLOCKS, ("tread", ("blocks",))),
+)
 
 
 def curves(texts: Texts) -> dict[str, Any]:
@@ -61,11 +69,14 @@ def curves(texts: Texts) -> dict[str, Any]:
     series over the slip ratio: mu; sliding, melting, saturated: fractions of the contact;
     temperature (degC) and film (nm) of sliding contact, None without any; notes: warnings.
     """
-    case = WheelLine.of(texts)
-    points = friction(case.footprint(), *case.wheel)
-    peak, locked = max(points, key=lambda point: point.mu), points[-1]
+    given = options(texts)
+    case = WheelCase.of(given)
+    read, curve = computed(case)
+    figures = summary(case, read, stiffness_of(case, read.pressure_map), [curve])
+    (found,) = figures["curves"]
+    points = curve.points
     return {
-        "notes": _doubts(case, points),
+        "notes": figures["warnings"],
         "series": {
             "slip": [point.slip for point in points],
             "mu": [point.mu for point in points],
@@ -75,19 +86,31 @@ def curves(texts: Texts) -> dict[str, Any]:
             "temperature": [_number(point.temperature - ZERO_CELSIUS) for point in points],
             "film": [_number(1e9 * point.film_height) for point in points],
         },
-        "numbers": {"peak_slip": peak.slip, "mu_peak": peak.mu, "mu_locked": locked.mu},
-        "values": {slider.key: getattr(case, slider.key) for slider in SLIDERS},
-        "python": api_lines("wheel", case.options, "found['mu'].to_series()"),
-        "command": WheelCase.of(case.options).as_command("wheel"),
+        "numbers": {
+            "peak_slip": found["slip_at_peak"],
+            "mu_peak": found["peak_mu"],
+            "mu_locked": found["locked_mu"],
+        },
+        "values": TAB.values(case),
+        **TAB.snippets(given, case, "found['mu'].to_series()"),
     }
+
+
+def options(texts: Texts) -> dict[str, Any]:
+    """Options of the command for the texts of the fields, with a given stiffness."""
+    return {"stiffness": f"{STIFFNESS!r} Pa/m"} | TAB.options(texts) | {"slip": SLIPS}
+
+
+def computed(case: WheelCase, cells: int = CELLS) -> tuple[ReadFootprint, Curve]:
+    """The footprint of a case, as so many `cells` along it, and friction on it."""
+    read = read_source(case)
+    line = read.pressure_map
+    pixels = line.pressure.reshape(1, cells, -1)
+    coarse = PressureMap(pixels.mean(axis=2), line.dx * pixels.shape[2], line.dy)
+    quick = case.model_copy(update={"tolerance": TOLERANCE})
+    (curve,) = friction.curves(quick, coarse, stiffness_of(case, coarse).value)
+    return read._replace(pressure_map=coarse), curve
 
 
 def _number(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None
-
-
-def _doubts(case: WheelLine, points: list[SlipPoint]) -> list[str]:
-    """Warning of slip ratios with little melting under a law without dry friction."""
-    if case.dry_shear.stress is not None:
-        return []
-    return little_melting([Curve(case.speed, case.ice_temperature, points, 0.0)])

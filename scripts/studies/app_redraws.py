@@ -11,6 +11,7 @@ import re
 import shutil
 import subprocess
 import sys
+from collections.abc import Sequence
 from typing import Any
 from urllib.parse import urlencode
 
@@ -18,39 +19,39 @@ import numpy as np
 
 from iceslide_fem.app import point, wheel
 from iceslide_fem.app.form import Slider, Texts
-from iceslide_fem.app.wheel_case import CELLS, WheelLine
-from iceslide_fem.preprocess.wheel.friction import friction
+from iceslide_fem.app.wheel import CELLS
+from iceslide_fem.preprocess.footprint.pressure_map import LINE_PIXELS
+from iceslide_fem.preprocess.wheel.case import WheelCase
 from scripts.studies.common import options, table
 
 MOVE = """([id, place]) => { const slider = document.getElementById(id); slider.value = place;
     slider.dispatchEvent(new Event("input", { bubbles: true })); }"""
 DRAWN = "name => Number(document.documentElement.dataset[name] ?? 0)"
-BLOCKS = {"profile": "gaussian", "tread": "blocks"}
+GAUSSIAN = {"gaussian.2": "30 mm"}
+BLOCKS = GAUSSIAN | {"tread": "blocks"}
 DRY = {"dry_stress": "3.3 bar", "initial_height": "0 nm"}
 WHEELS: dict[str, Texts] = {
     "slick, even pressure": {},
-    "slick, a Gaussian": {"profile": "gaussian"},
+    "slick, a Gaussian": GAUSSIAN,
     "slick, dry contact": DRY,
     "blocks, a Gaussian": BLOCKS,
     "blocks, dry contact": BLOCKS | DRY,
 }
 # What is moved: a tab, its state in the address, its sliders, and what counts its drawings.
-MOVED: list[tuple[str, Texts, tuple[Slider, ...], str]] = [
+MOVED: list[tuple[str, Texts, Sequence[Slider], str]] = [
     ("point", {"contact": "constants"}, point.SLIDERS, "drawn"),
-    (
-        "wheel",
-        {},
-        tuple(s for s in wheel.SLIDERS if s.key not in (*wheel.OF_GAUSSIAN, *wheel.OF_BLOCKS)),
-        "wheels",
-    ),
-    ("wheel", BLOCKS, wheel.SLIDERS, "wheels"),
+    ("wheel", {}, [s for s in wheel.TAB.sliders if s.key not in wheel.OF_BLOCKS], "wheels"),
+    ("wheel", BLOCKS, wheel.TAB.sliders, "wheels"),
 ]
 
 
 def main() -> None:
     """Print errors of the wheel's curves, then median, 90 % and most of the milliseconds."""
     options(__doc__).parse_args()
-    head = [f"wheel of {CELLS} cells", f"mu differs from that of {4 * CELLS} by, of its peak"]
+    head = [
+        f"wheel of {CELLS} cells",
+        f"mu differs from that of {LINE_PIXELS} pixels by, of its peak",
+    ]
     table(head, ([name, f"{_off_by(texts):.1%}"] for name, texts in WHEELS.items()))
     print()
     try:
@@ -75,17 +76,17 @@ def main() -> None:
 
 
 def _off_by(texts: Texts) -> float:
-    """Largest difference of a curve of mu from that with four times as many cells, of its peak."""
-    line = WheelLine.of(texts)
+    """Largest difference of a curve of mu from that on the command's pixels, of its peak."""
+    case = WheelCase.of(wheel.options(texts))
     coarse, fine = (
-        np.array([each.mu for each in friction(line.footprint(cells), *line.wheel)])
-        for cells in (CELLS, 4 * CELLS)
+        np.array([each.mu for each in wheel.computed(case, cells)[1].points])
+        for cells in (CELLS, LINE_PIXELS)
     )
     return float(np.abs(coarse - fine).max() / fine.max())
 
 
 def _redraws(
-    page: Any, address: str, tab: str, state: Texts, sliders: tuple[Slider, ...], count: str
+    page: Any, address: str, tab: str, state: Texts, sliders: Sequence[Slider], count: str
 ) -> list[list[str]]:
     """Milliseconds of every slider of a tab."""
     page.goto("about:blank")  # another state of the same page would be no new page

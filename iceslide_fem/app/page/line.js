@@ -5,7 +5,7 @@ import { band, colours, curve, draw } from "./charts.js";
 import { fixed, notes, numbers } from "./controls.js";
 
 const WORDS = {
-  gaussian: "a Gaussian", file: "a file", picture: "a row of a picture",
+  gaussian: "a Gaussian", line: "a file", image: "a row of a picture",
   "next pixel": "the next pixel, (3.3)", moving: "a source that moves",
 };
 

@@ -7,9 +7,9 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator
 from pydantic_core import PydanticCustomError
 
-from iceslide_fem.preprocess.footprint.line import LINE_PIXELS
 from iceslide_fem.preprocess.footprint.maps import UNITS
 from iceslide_fem.preprocess.footprint.picture import Box
+from iceslide_fem.preprocess.footprint.pressure_map import LINE_PIXELS
 from iceslide_fem.runtime.units import si_unit
 from iceslide_fem.scene.command_options import Number, as_number
 from iceslide_fem.scene.units import Quantity

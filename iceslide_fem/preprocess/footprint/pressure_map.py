@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.runtime.errors import SceneError
@@ -125,6 +126,31 @@ class GaussianLine:
     def __call__(self, x: Array) -> Array:
         """Pressure (Pa) at `x` (m)."""
         return self.peak * np.exp(-((x - self.centre) ** 2) / (2.0 * self.sigma**2))
+
+
+LINE_PIXELS = 540  # of a generated profile
+
+
+def gaussian_profile(
+    length: float, peak: float, points: int = LINE_PIXELS, sigma: float | None = None
+) -> tuple[Array, Array]:
+    """x (m) and pressure (Pa) of fig. 6: a Gaussian in the middle of `length` (m), `peak` in Pa.
+
+    sigma: m; else a sixth of the length. The thesis prints neither peak nor width.
+    """
+    x = (np.arange(0.0, points) + 0.5) * (length / points)
+    return x, GaussianLine(peak, length / 2.0, length / 6.0 if sigma is None else sigma)(x)
+
+
+def as_map(pressure: ArrayLike, dx: float) -> PressureMap:
+    """A line of pixels of length `dx` (m) with `pressure` (nx,), Pa, as a map 1 m wide.
+
+    Raises SceneError if nothing is in contact.
+    """
+    row = np.atleast_2d(np.asarray(pressure, dtype=float))
+    if not (row > 0.0).any():
+        raise SceneError("the line touches nowhere: no pressure is above 0")
+    return PressureMap(row, dx, 1.0)
 
 
 def gaussian_centre_line(footprint: PressureMap) -> GaussianLine:

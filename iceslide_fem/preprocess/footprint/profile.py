@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem.preprocess.footprint.line import LINE_PIXELS
 from iceslide_fem.preprocess.footprint.macroscopic import States
 from iceslide_fem.preprocess.footprint.maps import (
     check_pressures,
@@ -16,6 +15,7 @@ from iceslide_fem.preprocess.footprint.maps import (
     check_temperatures,
     pressure_unit,
 )
+from iceslide_fem.preprocess.footprint.pressure_map import LINE_PIXELS
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.tables.cells import TextTable
 from iceslide_fem.runtime.tables.columns import (

@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 
 from iceslide_fem.preprocess.footprint.case import FootprintCase
-from iceslide_fem.preprocess.footprint.line import as_map, gaussian_profile
 from iceslide_fem.preprocess.footprint.macroscopic import State, States
 from iceslide_fem.preprocess.footprint.maps import (
     HIGHEST,
@@ -29,7 +28,12 @@ from iceslide_fem.preprocess.footprint.picture import (
     read_picture,
     rotate,
 )
-from iceslide_fem.preprocess.footprint.pressure_map import PressureMap, pressure_from_values
+from iceslide_fem.preprocess.footprint.pressure_map import (
+    PressureMap,
+    as_map,
+    gaussian_profile,
+    pressure_from_values,
+)
 from iceslide_fem.preprocess.footprint.profile import read_profile
 from iceslide_fem.preprocess.footprint.sensor_text import saturation
 from iceslide_fem.preprocess.footprint.source_options import SourceOptions
