@@ -31,8 +31,12 @@ from iceslide_fem.runtime.errors import SceneError  # noqa: E402
 from iceslide_fem.runtime.launch import memory_of_machine  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 from iceslide_fem.workflow.planning import cost  # noqa: E402
-from iceslide_fem.workflow.planning.cost import estimate, expected_steps, step_seconds  # noqa: E402
-from iceslide_fem.workflow.planning.doubts import expected  # noqa: E402
+from iceslide_fem.workflow.planning.cost import (  # noqa: E402
+    estimate,
+    expected,  # noqa: E402
+    expected_steps,
+    step_seconds,
+)
 from iceslide_fem.workflow.planning.info import covered_load, describe  # noqa: E402
 
 pytestmark = pytest.mark.fe

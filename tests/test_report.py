@@ -7,9 +7,8 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from iceslide_fem.postprocess.report.curves import draw_run
+from iceslide_fem.postprocess.report.curves import draw_run, energy_unit
 from iceslide_fem.postprocess.results import differences, field_files, read_run
-from iceslide_fem.postprocess.results.quantities import energy_unit
 from iceslide_fem.runtime.errors import SceneError
 
 pytest.importorskip("iceslide_fem.fenics.compat")  # the outputs' writers need it

@@ -23,11 +23,14 @@ from runs import a_scene, write_run  # noqa: E402
 from written_fields import write_fields  # noqa: E402
 
 from iceslide_fem.output.summary import write_summary  # noqa: E402
-from iceslide_fem.postprocess.report.curves import charts_of, charts_of_one  # noqa: E402
+from iceslide_fem.postprocess.report.curves import (  # noqa: E402
+    BALANCE,  # noqa: E402
+    charts_of,
+    charts_of_one,
+)
 from iceslide_fem.postprocess.report.of_runs import verdict  # noqa: E402
 from iceslide_fem.postprocess.report.page import plain, thinned  # noqa: E402
 from iceslide_fem.postprocess.results import read_run  # noqa: E402
-from iceslide_fem.postprocess.results.quantities import BALANCE  # noqa: E402
 from iceslide_fem.preprocess.footprint.case import FootprintCase  # noqa: E402
 from iceslide_fem.preprocess.footprint.pressure_map import gaussian_profile  # noqa: E402
 from iceslide_fem.preprocess.footprint.synthetic import Tread, grey_picture, save  # noqa: E402

@@ -28,7 +28,7 @@ from iceslide_fem.runs.doubts import before_run
 from iceslide_fem.runs.model_levels import resolved
 from iceslide_fem.runs.notes import notes
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.workflow.planning.doubts import expected
+from iceslide_fem.workflow.planning.cost import expected
 from iceslide_fem.workflow.planning.info import describe
 
 Asked = Mapping[str, Any]

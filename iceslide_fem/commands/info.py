@@ -29,7 +29,7 @@ def info(
     from rich.table import Table
 
     from iceslide_fem.runtime.terminal import show_notes
-    from iceslide_fem.workflow.planning.doubts import expected
+    from iceslide_fem.workflow.planning.cost import expected
     from iceslide_fem.workflow.planning.info import describe
 
     table = Table(title=f"{scene.name} ({scene.model})", title_justify="left")

@@ -26,10 +26,11 @@ from numpy.typing import ArrayLike
 
 from iceslide_fem.relaxation.prony import Relaxation, delayed
 from iceslide_fem.runtime.arrays import Array, Mask
+from iceslide_fem.runtime.columns import AREA
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.contact_table import ContactParameters, ContactTable
 
-CONTACT_AREA = "contact_area_fraction"  # column of k in tables
+CONTACT_AREA = AREA.column
 
 
 @dataclass(frozen=True)

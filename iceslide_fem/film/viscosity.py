@@ -14,12 +14,13 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from iceslide_fem.runtime.arrays import Array, Index
+from iceslide_fem.runtime.columns import VISCOSITY
 from iceslide_fem.runtime.curve import Curve
 
 Stage = TypeVar("Stage")
 Scale = TypeVar("Scale", float, Array)
 
-FILM_VISCOSITY = "film_viscosity_Pa_s"  # column in tables
+FILM_VISCOSITY = VISCOSITY.column
 SETTLED = 1e-10  # tolerance of ln eta
 MOST_PASSES = 100
 WARMER = 1e-3  # K, step of the numerical derivative

@@ -12,7 +12,6 @@ from iceslide_fem.heat.elements import LayeredElements
 from iceslide_fem.interface.film_frame import Rises
 from iceslide_fem.interface.surface_grid import Profile, SurfaceGrid
 from iceslide_fem.output.grids import (
-    TEMPERATURE,
     FacetGrid,
     Grid,
     RubberGrid,
@@ -22,6 +21,7 @@ from iceslide_fem.output.grids import (
 )
 from iceslide_fem.output.history import fields_on_nodes, interface_fields
 from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.columns import TEMPERATURE
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 
 
@@ -66,7 +66,7 @@ class BlockFields:
         velocity = self._sliding.current.motion.velocity.reshape(u.shape)
         rise = self._rises().rubber
         first = self._sliding.block.scene.ice.temperature - ZERO_CELSIUS
-        warm = {} if rise is None else {TEMPERATURE: first + rise}
+        warm = {} if rise is None else {TEMPERATURE.name: first + rise}
         relaxed = self._sliding.current.relaxed
         fallen = None if relaxed is None else relaxed.fallen
         return self._nodes.grid(u, velocity, self._stress, warm, fallen)
@@ -95,7 +95,7 @@ class BlockFields:
         if not _is_last(profile.grid):
             return None
         lines = [*self._lines(profile.grid), -profile.depths]
-        return tensor_grid(lines, {TEMPERATURE: celsius.T})
+        return tensor_grid(lines, {TEMPERATURE.name: celsius.T})
 
     def _meshed_ice(self, accepted: AcceptedStep | None) -> Grid | None:
         """This rank's part of the ice's mesh, at the ice's position relative to the plate."""
@@ -104,7 +104,7 @@ class BlockFields:
         assert rise is not None
         current = self._sliding.current
         celsius = self._celsius(self._sliding.block.scene.ice.temperature + rise)
-        return mesh_grid(equation.elements, {TEMPERATURE: celsius}, -current.loads.offset)
+        return mesh_grid(equation.elements, {TEMPERATURE.name: celsius}, -current.loads.offset)
 
     def _below_facets(self, depths: Array, celsius: Array) -> Grid | None:
         """Attached ice below the rubber's points: means below each facet."""

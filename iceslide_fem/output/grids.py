@@ -18,6 +18,7 @@ from iceslide_fem.rubber.contact_surface import FACET_OF, ContactSurface
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 from iceslide_fem.rubber.stress import StressRecovery, from_vertices, von_mises
 from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.columns import TEMPERATURE
 
 Cells = NDArray[np.int64]
 
@@ -37,7 +38,6 @@ _VTK_CELLS = {
         + [22, 23, 21, 24, 20, 25, 26],
     ),
 }  # fmt: skip
-TEMPERATURE = "temperature (degC)"
 _CORNERS = {"interval": 2, "triangle": 3, "quadrilateral": 4}
 # Cell type of a facet extruded downwards.
 _STACKED = {"line": "quad", "triangle": "wedge", "quad": "hexahedron"}
@@ -198,7 +198,7 @@ class FacetGrid:
         number = np.arange(f * n * k).reshape(f, n, k)
         upper, lower = number[:, :-1].reshape(-1, k), number[:, 1:].reshape(-1, k)
         cells = np.hstack([lower, upper[:, ::-1] if k == 2 else upper])
-        data = {TEMPERATURE: np.repeat(values.reshape(-1), k)}
+        data = {TEMPERATURE.name: np.repeat(values.reshape(-1), k)}
         return Grid(points.reshape(-1, 3), _STACKED[self._kind], cells, data, {})
 
     def means(self, values: Array) -> Array:

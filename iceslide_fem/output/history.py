@@ -12,18 +12,17 @@ from iceslide_fem.coupling.ledger import Ledger
 from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.coupling.state import AcceptedStep, CoupledState
 from iceslide_fem.fenics.compat import MPI
-from iceslide_fem.film.contact_age import CONTACT_AREA
-from iceslide_fem.film.viscosity import FILM_VISCOSITY
 from iceslide_fem.output.table import HistoryRow, PreloadRow, row_of
 from iceslide_fem.output.water import water_columns, water_names
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.contact import ContactState
 from iceslide_fem.rubber.press import PathPoint
 from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.columns import AREA, VISCOSITY
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 
-# Names in fields.
-_FIELDS = {FILM_VISCOSITY: "film viscosity (Pa s)", CONTACT_AREA: "contact area fraction (1)"}
+# Of the law, with their names in fields.
+_FIELDS = {each.column: each.name for each in (VISCOSITY, AREA)}
 
 
 def preload_row(block: Block, point: PathPoint) -> PreloadRow:
@@ -125,7 +124,7 @@ def fields_on_nodes(sliding: Sliding) -> dict[str, Array]:
     """
     internal = sliding.current.interface.internal
     found = sliding.block.law.reported(internal, np.zeros(internal.shape[1]))
-    return _named({name: row for name, row in found.items() if name != CONTACT_AREA})
+    return _named({name: row for name, row in found.items() if name != AREA.column})
 
 
 def _at_points(sliding: Sliding) -> Mapping[str, Array]:

@@ -179,7 +179,8 @@ def _joined(data: _Data, most: int) -> list[Array]:
     if not kept.any():
         logs, weights = np.log(grid[[len(grid) // 2]]), np.ones(1)
     # The storage modulus at each time, as reference of errors.
-    level = np.interp(-logs, *_by_frequency(data))
+    order = np.argsort(data.frequency)
+    level = np.interp(-logs, np.log(data.frequency[order]), data.storage[order])
     sets = [logs]
     while len(logs) > 1:
         harmonic = weights[:-1] * weights[1:] / (weights[:-1] + weights[1:])
@@ -188,19 +189,7 @@ def _joined(data: _Data, most: int) -> list[Array]:
         pair = slice(i, i + 2)
         joined = np.average(logs[pair], weights=weights[pair])
         logs, level = (np.delete(each, i) for each in (logs, level))
-        logs[i], weights = joined, np.delete(_added(weights, i), i)
+        weights[i + 1] += weights[i]
+        logs[i], weights = joined, np.delete(weights, i)
         sets.append(logs.copy())
     return [np.exp(each) for each in sets[::-1] if len(each) <= most]
-
-
-def _added(weights: Array, i: int) -> Array:
-    """Weights with the weight of `i` added to the next one."""
-    result = weights.copy()
-    result[i + 1] += weights[i]
-    return result
-
-
-def _by_frequency(data: _Data) -> tuple[Array, Array]:
-    """Logarithms of ascending frequencies, and their storage moduli (Pa)."""
-    order = np.argsort(data.frequency)
-    return np.log(data.frequency[order]), data.storage[order]

@@ -34,7 +34,7 @@ from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError, SimulationStopped
 from iceslide_fem.runtime.ranks import from_root
 from iceslide_fem.scene import Scene
-from iceslide_fem.scene.contradictions import too_soft
+from iceslide_fem.scene.tables import too_soft
 
 # Newton's residual tolerance: the scene's tolerance times these fractions of the plate's force and
 # of the friction force. It changes mu(t) by a hundredth of the tolerance. The second is the smaller

@@ -84,3 +84,18 @@ class Quantity(NamedTuple):
     def name(self) -> str:
         """Name of the field."""
         return field_of(self.column)
+
+
+FRICTION = Quantity("mu", "Friction coefficient", symbol="μ")
+HEIGHT = Quantity("film_height_m", "Height of the water film", "nm", "h", "YlGnBu")
+WARMTH = Quantity("surface_temperature_C", "Temperature of the ice surface", "°C", "T", "inferno")
+SQUEEZED = Quantity("squeezed_height_m", "Water squeezed into the roughness", "µm", "Hₛ")
+VISCOSITY = Quantity("film_viscosity_Pa_s", "Viscosity of the film's water", "mPa s", "η")
+AREA = Quantity("contact_area_fraction", "Real contact area at the contact's age", symbol="k")
+LOADS = (
+    Quantity("nominal_pressure_Pa", "Nominal pressure", "bar", "p"),
+    Quantity("speed_m_per_s", "Sliding speed", "m/s", "v"),
+)
+CONTACT = Quantity("contact_pressure_Pa", "Contact pressure", "bar")
+STRESS = Quantity("von_Mises_stress_Pa", "Von Mises stress", "bar", colours="Oranges")
+TEMPERATURE = Quantity("temperature_C", "Temperature of ice or rubber", "°C", "T", "inferno")

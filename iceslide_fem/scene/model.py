@@ -15,11 +15,10 @@ from pydantic import model_validator
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.curve import Curve
 from iceslide_fem.scene.contact_table import ConstantContact, ContactTable, read_contact_table
-from iceslide_fem.scene.contradictions import check_contradictions
 from iceslide_fem.scene.fields import html_table
 from iceslide_fem.scene.materials import BAR, COMPOUNDS, CONTACT_TABLES, MooneyRivlin
 from iceslide_fem.scene.rubber import check_bulk
-from iceslide_fem.scene.tables import Tables
+from iceslide_fem.scene.tables import Tables, check_contradictions
 
 FILE_KEYS = (
     ("rubber", "mesh"),

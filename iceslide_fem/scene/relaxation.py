@@ -9,8 +9,7 @@ from typing import Annotated, Any, Self
 from pydantic import BeforeValidator, PlainSerializer, model_validator
 from pydantic_core import PydanticCustomError
 
-from iceslide_fem.relaxation.prony import Prony
-from iceslide_fem.relaxation.shift import Shift, ShiftTable
+from iceslide_fem.relaxation.shift import Shift
 from iceslide_fem.scene.units import Quantity, Table
 
 MOST_ARMS = 60
@@ -141,15 +140,3 @@ class Wlf(Table):
         """As a function of the temperature."""
         below, energy = self.arrhenius_below or 0.0, self.activation_energy or 0.0
         return Shift(self.C1, self.C2, self.reference, below, energy)
-
-
-def series(arms: tuple[tuple[float, float], ...]) -> Prony:
-    """The Prony series of arms."""
-    fractions, times = zip(*arms, strict=True)
-    return Prony(fractions, times)
-
-
-def shift_table(rows: tuple[tuple[float, float], ...]) -> ShiftTable:
-    """The shift of rows (temperature in K, log10 a_T)."""
-    temperatures, logs = zip(*rows, strict=True)
-    return ShiftTable(temperatures, logs)

@@ -16,7 +16,7 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from iceslide_fem.relaxation.dma_fit import Characterised, measured_in
-from iceslide_fem.relaxation.prony import Relaxation
+from iceslide_fem.relaxation.prony import Prony, Relaxation
 from iceslide_fem.relaxation.shift import NoShift, Shift, ShiftTable
 from iceslide_fem.scene.cuts import (
     WIDEST,
@@ -36,7 +36,7 @@ from iceslide_fem.scene.materials import (
     Solid,
 )
 from iceslide_fem.scene.outline_file import read_outline
-from iceslide_fem.scene.relaxation import Arms, Factors, Wlf, series, shift_table
+from iceslide_fem.scene.relaxation import Arms, Factors, Wlf
 from iceslide_fem.scene.units import Quantity, Table, key
 
 LEAST_INSTANTANEOUS_NU = 0.3  # for viscoelastic rubber
@@ -289,13 +289,14 @@ class Rubber(Table):
         ends = None if self.wlf is None else self.wlf.measured
         if self.shift_factors is not None:
             ends = self.shift_factors[0][0], self.shift_factors[-1][0]
-        return Relaxation(series(self.prony), self.given_shift or NoShift(), ends)
+        arms = Prony(*zip(*self.prony, strict=True))
+        return Relaxation(arms, self.given_shift or NoShift(), ends)
 
     @property
     def given_shift(self) -> Shift | ShiftTable | None:
         """The shift that the keys give, instead of a fitted one."""
         if self.shift_factors is not None:
-            return shift_table(self.shift_factors)
+            return ShiftTable(*zip(*self.shift_factors, strict=True))
         return None if self.wlf is None else self.wlf.shift
 
     @property

@@ -1,15 +1,26 @@
-"""The tables of a scene."""
+"""The tables of a scene, and their contradictions, each a message with the allowed values."""
 
 from __future__ import annotations
 
 from typing import Literal
 
+import numpy as np
+
+from iceslide_fem.relaxation.doubts import FURTHEST_UNDETERMINED, outside
+from iceslide_fem.relaxation.shift import Shift
+from iceslide_fem.runtime.units import ZERO_CELSIUS, readable
 from iceslide_fem.scene.film import Film, Friction
+from iceslide_fem.scene.ground import check_ground
 from iceslide_fem.scene.ice import Ice, Water
 from iceslide_fem.scene.load import Load
+from iceslide_fem.scene.materials import BAR
 from iceslide_fem.scene.numerics import Numerics, Output
 from iceslide_fem.scene.rubber import Rubber
+from iceslide_fem.scene.rules import check_rules
+from iceslide_fem.scene.shape import check_room_across, check_shape
 from iceslide_fem.scene.units import Name, Table, key
+
+DEEPEST = 0.1  # allowed penetration over the height
 
 
 class Tables(Table):
@@ -32,3 +43,143 @@ class Tables(Table):
     friction: Friction = Friction()
     numerics: Numerics = Numerics()
     output: Output = Output()
+
+
+def check_contradictions(scene: Tables) -> None:
+    """Raise ValueError with the first contradiction between tables of the `scene`."""
+    nothing = scene.rubber.compound is None and scene.film.k is None and scene.film.contact is None
+    if nothing and scene.friction.law == "film":
+        raise ValueError(
+            "film.k, film.D and film.H_V are missing; without a compound give them, or film.contact"
+        )
+    check_shape(scene.rubber)
+    _rows_are_apart(scene)
+    check_rules(scene)
+    check_ground(scene.ice)
+    _rubber_relaxes_here(scene)
+    if scene.film.contact_age and scene.rubber.relaxation is None:
+        raise ValueError(
+            "film.contact_age needs rubber that relaxes: k grows with its creep; give "
+            "rubber.prony or rubber.dma"
+        )
+    _water_has_its_frame(scene)
+    _contact_is_stiff(scene)
+    if scene.model in ("block", "auto"):
+        check_room_across(scene.rubber)
+    below = [name for name, place in scene.output.probes.items() if place[2] < 0.0]
+    if below and scene.ice.heat == "half-space":
+        raise ValueError(
+            f'output.probes.{below[0]} lies in the ice, and ice.heat = "half-space" has no '
+            "temperature below its surface; allowed: 'column', 'continuum' or 'mesh'"
+        )
+    if (late := scene.output.latest) > scene.load.duration:
+        raise ValueError(
+            f"output.times has {1e3 * late:.4g} ms, after the end of the run; allowed: up to "
+            f"load.duration = {1e3 * scene.load.duration:.4g} ms"
+        )
+    if scene.rubber.heat:
+        _heat_stays_in_the_rubber(scene)
+
+
+def _rows_are_apart(scene: Tables) -> None:
+    """Raise ValueError where passes or rows have no distance, or one that is too short."""
+    load, rubber, taken = scene.load, scene.rubber, scene.load.duration
+    for given, repeated, spacing, unit in (
+        (load.passes > 1, "load.passes", "load.period", load.period),
+        (rubber.rows > 1, "rubber.rows", "rubber.row_pitch", rubber.row_pitch),
+    ):
+        if given and unit is None:
+            raise ValueError(f"{spacing} is missing; it says how far apart {repeated} are")
+        if unit is not None and not given:
+            raise ValueError(f"{spacing} has a meaning only with {repeated} of more than 1")
+    if rubber.row_pitch is not None and not rubber.row_pitch > rubber.length:
+        raise ValueError(
+            f"rubber.row_pitch = {readable(rubber.row_pitch, 'm')} is not more than "
+            f"rubber.length = {readable(rubber.length, 'm')}; it goes from leading edge to "
+            "leading edge"
+        )
+    if rubber.row_pitch is not None and not rubber.row_pitch / load.speeds.mean > taken:
+        raise ValueError(
+            f"load.duration = {readable(taken, 's')} is not less than the "
+            f"{readable(rubber.row_pitch / load.speeds.mean, 's')} from row to row; "
+            "rubber.length / load.speed is enough"
+        )
+    if load.period is not None and not load.period > taken:
+        raise ValueError(
+            f"load.period = {readable(load.period, 's')} is not more than the "
+            f"{readable(taken, 's')} that a pass takes; it goes from beginning to beginning"
+        )
+
+
+def _water_has_its_frame(scene: Tables) -> None:
+    """Raise ValueError if rows of water over x do not pass below a block that carries films."""
+    ice = scene.ice
+    on_nodes = ice.motion == "sliding" and scene.film.carrier == "ice" and scene.model != "point"
+    if isinstance(ice.water, tuple) and not on_nodes:
+        raise ValueError(
+            "ice.water has rows over x, which need ice that passes below a slice or a block and "
+            'carries the films; allowed: ice.motion = "sliding" and film.carrier = "ice", or a '
+            "number"
+        )
+
+
+def _rubber_relaxes_here(scene: Tables) -> None:
+    """Raise ValueError if the time-temperature shift is unknown at the scene's temperature."""
+    relaxation, temperature = scene.rubber.relaxation, scene.ice.temperature
+    shift = None if relaxation is None else relaxation.shift
+    if isinstance(shift, Shift) and not np.isfinite(shift(temperature)):
+        coldest = shift.reference - shift.C2 - ZERO_CELSIUS
+        given = "dma" if scene.rubber.wlf is None else "wlf"
+        raise ValueError(
+            f"rubber.{given} has no shift at {temperature - ZERO_CELSIUS:.4g} degC, as cold as "
+            f"reference - C2 = {coldest:.4g} degC or colder; allowed: warmer ice, or "
+            "arrhenius_below and activation_energy"
+        )
+    measured = scene.rubber.measured
+    if measured is not None and not measured.determined:
+        beyond = outside(measured.relaxation, temperature)
+        if beyond > FURTHEST_UNDETERMINED:
+            raise ValueError(
+                f"rubber.dma says nothing about {temperature - ZERO_CELSIUS:.4g} degC: its "
+                f"isotherms do not determine C1 and C2, and that is {beyond:.0f} K outside of "
+                f"them; allowed: up to {FURTHEST_UNDETERMINED:g} K, isotherms that reach further, "
+                "or rubber.wlf or rubber.shift_factors"
+            )
+
+
+def too_soft(scene: Tables, height: float) -> str | None:
+    """Message if the user's penalty is too soft for a block of `height` (m), else None."""
+    penalty, pressure = scene.numerics.penalty, scene.load.pressures.largest
+    least = pressure / (DEEPEST * height)
+    if not penalty or penalty >= least:
+        return None
+    return (
+        f"numerics.penalty = {1e-9 * penalty:.3g} MPa/mm is too soft: the block would sink "
+        f"{1e3 * pressure / penalty:.3g} mm into the ice; allowed: at least "
+        f"{1e-9 * least:.3g} MPa/mm, with which it sinks in by a tenth of its height"
+    )
+
+
+def _contact_is_stiff(scene: Tables) -> None:
+    """Raise ValueError if the user's penalty or shear ramp is too soft."""
+    fault = None if scene.rubber.mesh is not None else too_soft(scene, scene.rubber.height)
+    if fault is not None:
+        raise ValueError(fault)
+    ramp = scene.numerics.shear_ramp_pressure
+    pressure = scene.load.pressures.smallest
+    if ramp and ramp > pressure:
+        raise ValueError(
+            f"numerics.shear_ramp_pressure = {ramp / BAR:.3g} bar is above load.pressure = "
+            f"{pressure / BAR:.3g} bar: friction would never reach its full value"
+        )
+
+
+def _heat_stays_in_the_rubber(scene: Tables) -> None:
+    """Raise ValueError if heat reaches the plate of rubber that is taken as a half-space."""
+    needed = scene.rubber.solid.heated_depth(scene.load.duration)
+    if scene.rubber.heat != "mesh" and scene.rubber.height < needed:
+        raise ValueError(
+            f"rubber.height = {1e3 * scene.rubber.height:.3g} mm is too thin for rubber.heat = "
+            f"true, which takes the rubber as a half-space: heat reaches {1e3 * needed:.3g} mm "
+            "deep within load.duration"
+        )

@@ -22,7 +22,7 @@ from iceslide_fem.film.passes import Passes, column_for, frozen, next_start, sim
 from iceslide_fem.film.point_conditions import Conditions
 from iceslide_fem.film.shear_strength import ShearStrength
 from iceslide_fem.output.table import PassRow
-from iceslide_fem.postprocess.results.quantities import BLUE, GREEN, ORANGE, PURPLE
+from iceslide_fem.postprocess.report.png import BLUE, GREEN, ORANGE, PURPLE
 from iceslide_fem.runs.point import point_history
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import BOTTOMLESS, MELTING_TEMPERATURE

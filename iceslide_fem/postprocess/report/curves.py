@@ -12,26 +12,35 @@ import numpy as np
 from iceslide_fem.postprocess.report.page import Band, Chart, Curve
 from iceslide_fem.postprocess.report.png import save_png
 from iceslide_fem.postprocess.results import Run, read_run
-from iceslide_fem.postprocess.results.quantities import (
+from iceslide_fem.postprocess.results.run_directory import PASS
+from iceslide_fem.runtime.columns import (
     AREA,
-    BALANCE,
-    ENERGIES,
     FRICTION,
     HEIGHT,
     LOADS,
-    SHARES,
     SQUEEZED,
     VISCOSITY,
     WARMTH,
-    energy_unit,
+    Quantity,
 )
-from iceslide_fem.postprocess.results.run_directory import PASS
-from iceslide_fem.runtime.columns import Quantity
 
 MS = 1e3
 TIME = "sliding time (ms)"
 
 
+SHARES = {  # columns of the history, and their names
+    "contact_fraction": "contact / nominal area",
+    "melted_fraction": "melted / contact",
+    "saturated_fraction": "saturated / contact",
+}
+BALANCE = {
+    "friction_work_J": "work of friction",
+    "ice_heat_J": "warms the ice",
+    "latent_heat_J": "melts ice",
+    "rubber_heat_J": "warms the rubber",
+    "elastic_energy_J": "stored in the rubber",
+}
+ENERGIES = {"J": 1.0, "mJ": 1e3, "µJ": 1e6, "nJ": 1e9}  # unit: how many are a joule
 QUANTITIES = (FRICTION, HEIGHT, WARMTH, SQUEEZED)
 SAID = 4  # largest number of curves that are described one by one
 
@@ -227,3 +236,8 @@ def _ends_said(curve: Curve) -> str:
     return (
         f"{curve.name}: {y[first]:.4g} in pass {x[first]:.0f}, {y[last]:.4g} in pass {x[last]:.0f}"
     )
+
+
+def energy_unit(largest: float) -> str:
+    """The unit of ENERGIES in which `largest` (J) is at least 1, or the smallest unit."""
+    return next((unit for unit, factor in ENERGIES.items() if factor * largest >= 1.0), "nJ")

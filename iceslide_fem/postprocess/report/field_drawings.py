@@ -14,19 +14,10 @@ from iceslide_fem.postprocess.report.field_grids import (
     outer_faces,
     read_grid,
 )
-from iceslide_fem.postprocess.report.page import Fields, Text, colours, plain
+from iceslide_fem.postprocess.report.page import ROBUST, Fields, Text, colours, plain
 from iceslide_fem.postprocess.results import Run, field_parts
-from iceslide_fem.postprocess.results.quantities import (
-    CONTACT,
-    HEIGHT,
-    MISES,
-    PRESSURE,
-    ROBUST,
-    TEMPERATURE,
-    WARMTH,
-)
 from iceslide_fem.runtime.arrays import Array
-from iceslide_fem.runtime.columns import Quantity
+from iceslide_fem.runtime.columns import CONTACT, HEIGHT, STRESS, TEMPERATURE, WARMTH, Quantity
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene.materials import BAR
@@ -70,13 +61,13 @@ def _coloured(
 
 def _slice(grids: list[Grid]) -> Drawing:
     """The deformed cells of a slice, coloured by von Mises stress if it was written."""
-    stressed = MISES in grids[0].at_points
+    stressed = STRESS.name in grids[0].at_points
     frames, stresses = [], []
     for grid in grids:
         points = MM * (grid.points + grid.at_points["displacement"])[:, :2]
         stress = np.full(len(grid.cells), np.nan)
         if stressed:
-            stress = grid.at_points[MISES][grid.cells].mean(axis=1) / BAR
+            stress = grid.at_points[STRESS.name][grid.cells].mean(axis=1) / BAR
         stresses.append(stress)
         frames.append({"points": plain(points), "values": plain(stress)})
     x0, y0 = MM * grids[0].points[:, :2].min(axis=0)
@@ -106,7 +97,7 @@ def _along(grids: list[Grid], quantity: Quantity) -> Drawing:
         order = np.argsort(x)
         curve = {"name": quantity.title, "x": plain(x[order]), "y": plain(y[order]), "look": 0}
         frames.append([curve | {"marks": False}])
-        xs.append(x[grid.at_cells[PRESSURE] > 0.0])
+        xs.append(x[grid.at_cells[CONTACT.name] > 0.0])
         ys.append(y)
     touching = np.concatenate(xs)
     ends = [touching.min(), touching.max()] if touching.size else [0.0, 1.0]
@@ -194,7 +185,7 @@ def _ice(grids: list[Grid], flat: bool, coldest: float) -> list[Drawing]:
             {
                 "points": plain(grid.points[:, :2] * [MM, UM]),
                 "cells": grid.cells.tolist(),
-                "values": plain(grid.at_points[TEMPERATURE][grid.cells].mean(axis=1)),
+                "values": plain(grid.at_points[TEMPERATURE.name][grid.cells].mean(axis=1)),
             }
             for grid in grids
         ]
@@ -205,7 +196,7 @@ def _ice(grids: list[Grid], flat: bool, coldest: float) -> list[Drawing]:
 
 def _section(grid: Grid, flat: bool) -> Drawing | None:
     """Temperatures on a grid of x and z, if the ice has one; for 3-D ice in the middle plane."""
-    points, values = grid.points, grid.at_points[TEMPERATURE]
+    points, values = grid.points, grid.at_points[TEMPERATURE.name]
     if not flat:
         y = points[:, 1]
         here = np.abs(y - y[np.abs(y).argmin()]) < 1e-9

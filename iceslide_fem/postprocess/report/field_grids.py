@@ -12,9 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from iceslide_fem.postprocess.results.quantities import PRESSURE
 from iceslide_fem.runtime.arrays import Array
-from iceslide_fem.runtime.columns import Quantity
+from iceslide_fem.runtime.columns import CONTACT, Quantity
 
 PLACES = 10  # decimals of coordinates (m) for equal points
 CORNERS = {"triangle": 3, "quad": 4, "tetra": 4, "hexahedron": 8}
@@ -42,7 +41,7 @@ class Grid(NamedTuple):
 
     def in_contact(self, quantity: Quantity) -> Array:
         """The quantity on every facet of an interface, NaN without contact."""
-        touching = self.at_cells[PRESSURE] > 0.0
+        touching = self.at_cells[CONTACT.name] > 0.0
         return np.where(touching, quantity.factor * self.at_cells[quantity.name], np.nan)
 
 

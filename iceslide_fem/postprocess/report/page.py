@@ -26,6 +26,7 @@ FEW = 6  # largest number of curves in a legend above a chart
 PIXELS = 260  # of a map along x at most: every n-th is drawn
 DRAWN = 1500  # points of a curve at most
 COLOURS = 24  # of a colour map
+ROBUST = 98.0  # percentile at which colours end, because pressures are singular at an edge
 LISTED = 12  # rows of the table below a chart at most
 
 

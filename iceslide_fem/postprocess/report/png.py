@@ -21,6 +21,7 @@ STROKES = ("-", "--", ":", "-.", (0, (8, 3)), (0, (8, 3, 1, 3)))
 SHADES = ((0.0, 0.0, 0.0, 0.0), (0.34, 0.71, 0.91, 0.16), (0.90, 0.62, 0.0, 0.18))
 MARKS = "osD^vP"
 NO_VALUE = "#c4c8cc"
+BLUE, ORANGE, GREEN, RED, PURPLE = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7"
 SMALLEST, LARGEST = 1e-3, 1e4  # between them logarithmic axes have plain numbers
 NAMED = 16  # curves in a legend at most
 HATCHED = 200  # cells along a side of marked places at most

@@ -14,31 +14,20 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from iceslide_fem.postprocess.report.page import ROBUST
+from iceslide_fem.postprocess.report.png import BLUE, RED
 from iceslide_fem.postprocess.results import Run
-from iceslide_fem.postprocess.results.quantities import (
-    BLUE,
-    CONTACT,
-    EDGES,
-    HEIGHT,
-    ICE,
-    MISES,
-    NO_CONTACT,
-    PRESSURE,
-    RED,
-    ROBUST,
-    STRESS,
-    TEMPERATURE,
-    WARMTH,
-)
 from iceslide_fem.postprocess.results.snapshots import (
     Interface,
     Snapshot,
     read_interface,
     read_mises,
 )
-from iceslide_fem.runtime.columns import Quantity
+from iceslide_fem.runtime.columns import CONTACT, HEIGHT, STRESS, TEMPERATURE, WARMTH, Quantity
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 
+NO_CONTACT, ICE = "#D9D9D9", "#D6ECF8"
+EDGES = "#595959"  # of a mesh's cells
 SIZE, DPI = (12.8, 9.6), 100  # inches; their pixels divide by 16, as video needs it
 MM, UM, MS = 1e3, 1e6, 1e3
 THERMAL_LENGTHS = 2.0  # shown depth of ice
@@ -65,7 +54,7 @@ def scales_of(run: Run, n_times: int) -> Scales:
         stresses = [read_mises(run.directory, number) for number in range(n_times)]
         known = [stress for stress in stresses if stress is not None]
         if known:  # pressures are singular at edges
-            ranges[MISES] = (0.0, STRESS.factor * float(np.percentile(known[-1], ROBUST)))
+            ranges[STRESS.name] = (0.0, STRESS.factor * float(np.percentile(known[-1], ROBUST)))
     x = MM * np.concatenate([part.corners[part.touching][..., 0].ravel() for part in parts])
     margin = 0.1 * np.ptp(x)
     return Scales(ranges, (float(x.min() - margin), float(x.max() + margin)))
@@ -125,14 +114,14 @@ def _render(snapshot: Snapshot, scales: Scales) -> NDArray[np.uint8]:
     plotter = pv.Plotter(off_screen=True, window_size=(1000, 1000))
     plotter.set_background("white")
     rubber = snapshot.rubber.copy()
-    rubber.cell_data[PRESSURE] *= CONTACT.factor
-    contact = np.isfinite(rubber.cell_data[PRESSURE])
+    rubber.cell_data[CONTACT.name] *= CONTACT.factor
+    contact = np.isfinite(rubber.cell_data[CONTACT.name])
     edges = {"show_edges": True, "edge_color": EDGES}
     plotter.add_mesh(rubber.extract_cells(~contact), color=NO_CONTACT, ambient=0.2, **edges)
     plotter.add_mesh(
         rubber.extract_cells(contact),
-        scalars=PRESSURE,
-        clim=scales.ranges[PRESSURE],
+        scalars=CONTACT.name,
+        clim=scales.ranges[CONTACT.name],
         cmap=CONTACT.colours,
         lighting=False,  # exact colours of the bar
         show_scalar_bar=False,
@@ -157,10 +146,12 @@ def _render(snapshot: Snapshot, scales: Scales) -> NDArray[np.uint8]:
 def _block_2d(panel: Axes, snapshot: Snapshot, scales: Scales) -> None:
     cells = MM * snapshot.rubber.points[snapshot.rubber.regular_faces][..., :2]
     faces = PolyCollection(cells, facecolors=NO_CONTACT, edgecolors="0.6", lw=0.3)
-    if MISES in scales.ranges and MISES in snapshot.rubber.point_data:
-        nodal = STRESS.factor * snapshot.rubber.point_data[MISES][snapshot.rubber.regular_faces]
+    if STRESS.name in scales.ranges and STRESS.name in snapshot.rubber.point_data:
+        nodal = (
+            STRESS.factor * snapshot.rubber.point_data[STRESS.name][snapshot.rubber.regular_faces]
+        )
         faces.set(array=nodal.mean(axis=1), cmap=STRESS.colours)
-        faces.set_norm(Normalize(*scales.ranges[MISES]))
+        faces.set_norm(Normalize(*scales.ranges[STRESS.name]))
         _colour_bar(panel, STRESS, scales, location="bottom", aspect=40)
     panel.add_collection(faces)
     (x0, z0, _), (x1, z1, _) = MM * snapshot.undeformed
@@ -169,9 +160,9 @@ def _block_2d(panel: Axes, snapshot: Snapshot, scales: Scales) -> None:
     panel.add_collection(
         LineCollection(
             [*(MM * snapshot.interface.corners[contact][..., :2])],
-            array=CONTACT.factor * snapshot.interface.values[PRESSURE][contact],
+            array=CONTACT.factor * snapshot.interface.values[CONTACT.name][contact],
             cmap=CONTACT.colours,
-            norm=Normalize(*scales.ranges[PRESSURE]),
+            norm=Normalize(*scales.ranges[CONTACT.name]),
             linewidth=6,
         )
     )
@@ -226,7 +217,7 @@ def _ice(panel: Axes, run: Run, snapshot: Snapshot, ice: pv.PolyData, scales: Sc
     shading: Any = {"shading": "gouraud", "cmap": WARMTH.colours}
     shading["norm"] = Normalize(*scales.ranges[WARMTH.name])
     drawn = panel.tripcolor(
-        x, depth, ice.point_data[TEMPERATURE], triangles=ice.regular_faces, **shading
+        x, depth, ice.point_data[TEMPERATURE.name], triangles=ice.regular_faces, **shading
     )
     length = math.sqrt(run.ice.diffusivity * run.history["time_s"][-1])
     shown = UM * THERMAL_LENGTHS * length

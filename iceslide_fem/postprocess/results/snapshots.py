@@ -16,8 +16,8 @@ import pyvista as pv
 from scipy.spatial import cKDTree
 
 from iceslide_fem.postprocess.results import field_files, field_parts
-from iceslide_fem.postprocess.results.quantities import MISES, PRESSURE
 from iceslide_fem.runtime.arrays import Array, Mask
+from iceslide_fem.runtime.columns import CONTACT, STRESS
 from iceslide_fem.runtime.errors import SceneError
 
 SAME_POINT = 1e-9  # of the size of a grid
@@ -44,7 +44,7 @@ class Interface(NamedTuple):
     @property
     def touching(self) -> Mask:
         """Mask of facets in contact (f,)."""
-        return np.asarray(self.values[PRESSURE] > 0.0)
+        return np.asarray(self.values[CONTACT.name] > 0.0)
 
 
 class Snapshot(NamedTuple):
@@ -72,7 +72,7 @@ def times(directory: Path) -> Array:
 def read_mises(directory: Path, number: int) -> Array | None:
     """Von Mises stresses (Pa) at the rubber's nodes, if they were written."""
     data = _read(field_parts(directory, "rubber")[number][1]).point_data
-    return np.asarray(data[MISES]) if MISES in data else None
+    return np.asarray(data[STRESS.name]) if STRESS.name in data else None
 
 
 @contextlib.contextmanager
@@ -153,8 +153,8 @@ def _put_pressure(rubber: pv.PolyData, interface: Interface) -> None:
     """Assign the pressure of contact facets to the surface's faces."""
     centres = rubber.cell_centers().points
     distance, facet = cKDTree(interface.corners.mean(axis=1)).query(centres)
-    pressure = np.where(interface.touching, interface.values[PRESSURE], np.nan)[facet]
-    rubber.cell_data[PRESSURE] = np.where(distance < 1e-5 * rubber.length, pressure, np.nan)
+    pressure = np.where(interface.touching, interface.values[CONTACT.name], np.nan)[facet]
+    rubber.cell_data[CONTACT.name] = np.where(distance < 1e-5 * rubber.length, pressure, np.nan)
 
 
 def _with_mirror_image(rubber: pv.PolyData, interface: Interface) -> tuple[pv.PolyData, Interface]:

@@ -10,9 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from iceslide_fem.film.doubts import LARGEST_FRICTION as MOST
 from iceslide_fem.postprocess.report.page import Chart, Curve, HeatMap
-from iceslide_fem.postprocess.results.quantities import HEIGHT
 from iceslide_fem.runtime.arrays import Array
-from iceslide_fem.runtime.columns import Quantity, field_of
+from iceslide_fem.runtime.columns import HEIGHT, Quantity, field_of
 from iceslide_fem.scene.materials import BAR
 
 MM = 1e3

@@ -31,7 +31,6 @@ from iceslide_fem.scene.command_options import (
 )
 from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.materials import YOUNGS_MODULUS
-from iceslide_fem.scene.relaxation import series
 from iceslide_fem.scene.units import Quantity, read_range
 
 # Shortest wave on two pixels of 17.5 um, the source's mesh, as in the published table.
@@ -204,7 +203,7 @@ def _relaxation(case: RoughnessCase, scene: Scene | None) -> Relaxation:
     """Arms and shift, from --prony or from the scene."""
     shift: AnyShift = NoShift() if case.wlf is None else Shift(*case.wlf)
     if isinstance(case.prony, tuple):
-        return Relaxation(series(case.prony), shift)
+        return Relaxation(Prony(*zip(*case.prony, strict=True)), shift)
     if case.prony is not None:
         found, said = rubber_in(case.prony).relaxation, str(case.prony)
     else:
