@@ -17,7 +17,7 @@ from iceslide_fem.relaxation.shift import Shift  # noqa: E402
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody  # noqa: E402
 from iceslide_fem.scene.materials import COMPOUNDS, MooneyRivlin  # noqa: E402
 
-pytestmark = [pytest.mark.fe, pytest.mark.mpi, pytest.mark.versions]
+pytestmark = [pytest.mark.fe, pytest.mark.versions]
 
 B = COMPOUNDS["B"]
 ONE = Relaxation(Prony((0.3,), (5e-3,)))
@@ -80,6 +80,7 @@ def test_a_ramp_of_shear_is_of_second_order():
     assert off[1][1] == pytest.approx(off[0][1] / 4.0, rel=0.02)
 
 
+@pytest.mark.mpi
 def test_a_stretch_relaxes_as_the_closed_form():
     rubber = HyperelasticBody(a_block("hexahedron", 1), B, relaxation=ONE)
     F = np.diag([1.2**-0.5, 1.2**-0.5, 1.2])
@@ -88,6 +89,7 @@ def test_a_stretch_relaxes_as_the_closed_form():
     assert found == pytest.approx([309642.67, 216749.87], rel=1e-7)
 
 
+@pytest.mark.mpi
 @pytest.mark.parametrize(("amplitude", "loss"), [(0.1, 2579.53), (0.5, 68425.7)])
 def test_a_cycle_makes_the_heat_of_its_loss_modulus(amplitude, loss):
     """Those by an independent integration of one point; of small strains pi G'' amplitude^2."""
@@ -121,6 +123,7 @@ def test_arms_that_relax_at_once_or_never_are_elastic(cells):
         assert stress[-1] == pytest.approx(elastic, rel=1e-9, abs=1e-9 * B.C10)
 
 
+@pytest.mark.mpi
 @pytest.mark.parametrize("cells", ["quadrilateral", "hexahedron"])
 def test_tangent_is_the_derivative_of_the_relaxing_forces(cells):
     rubber = HyperelasticBody(a_block(cells, 2), B, relaxation=ONE)
@@ -150,6 +153,7 @@ def test_tangent_is_the_derivative_of_the_relaxing_forces(cells):
     np.testing.assert_allclose(predicted.array, found, atol=1e-6 * size)
 
 
+@pytest.mark.mpi
 def test_cold_rubber_is_stiffer_and_warm_parts_relax_first():
     shift = Shift(17.44, 51.6, 223.15).moved(ROOM)
     rubber = HyperelasticBody(
