@@ -11,7 +11,7 @@ from iceslide_fem.app.tab import Tab, slider_of
 from iceslide_fem.preprocess.footprint.case import FootprintCase
 from iceslide_fem.preprocess.footprint.jaeger import TABLE_1_ICE, TABLE_1_RUBBER
 from iceslide_fem.preprocess.footprint.macroscopic import State
-from iceslide_fem.preprocess.footprint.reading import read_footprint
+from iceslide_fem.preprocess.footprint.reading import read_footprint, read_source
 from iceslide_fem.preprocess.footprint.survey import summary, survey
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.units import ZERO_CELSIUS
@@ -75,7 +75,7 @@ TAB = Tab(
         ("image", "picture of a footprint (file on this machine)"),
         ("legend", "box of its colour bar: LEFT,TOP,RIGHT,BOTTOM"),
         ("crop", "box of the footprint: LEFT,TOP,RIGHT,BOTTOM"),
-        ("row", "row of its pixels, from the top"),
+        ("row", "row of its pixels from the top (or the middle)"),
     ),
     choices=(
         ("source", "pressure along the line", ("gaussian", "line", "image")),
@@ -102,8 +102,11 @@ def curves(texts: Texts) -> dict[str, Any]:
     options = TAB.options(texts)
     if (source := texts.get("source") or "gaussian") not in options:
         raise SceneError(missing([option_names("image")(source)]))
-    if "length" in options:  # of a picture, of whose width and other rows a line knows nothing
-        options |= {"width": options["length"], "row": options.get("row", "0")}
+    if source == "image":  # a line knows nothing of the picture's width
+        options["width"] = options["length"]
+        if "row" not in options:
+            whole = read_source(FootprintCase.of(options)).pressure_map
+            options["row"] = str(len(whole.pressure) // 2)
     case = FootprintCase.of(options)
     found = survey(case, read_footprint(case))
     figures, film, line = summary(found), found.film, found.read.pressure_map
