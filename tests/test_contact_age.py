@@ -280,7 +280,7 @@ def test_wrong_input_is_one_sentence(tmp_path):
     constants = {"k": 0.3, "D": 3e-5, "H_V": 3e-6}
     for changes, said in (
         ({"rubber": {"prony": None, "modulus_is": None}}, "give rubber.prony"),
-        ({"film": AGED | constants}, "film.contact_age and film.k contradict"),
+        ({"film": AGED | constants}, "film.contact_age = true and film.k contradict"),
         ({"friction": {"law": "coulomb", "mu": 0.2}}, 'friction.law = "coulomb" contradict'),
         ({"film": AGED | {"contact": str(file)}}, "given: none of the file's column"),
         ({"film": {"contact_modulus": 1e6}}, "only with film.contact_age"),

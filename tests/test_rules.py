@@ -14,6 +14,8 @@ pytestmark = pytest.mark.quick
 ROOT = Path(__file__).parent.parent
 # What makes a condition hold that names no value.
 ROWS = "[['0 ms', '1 bar'], ['1 ms', '2 bar']]"
+RELAXES = "rubber.prony=[[0.3, 1e-3]]", "rubber.modulus_is=long-term"
+OUTLINE = "x_m,y_m,ring\n-1e-3,-1e-3,1\n1e-3,-1e-3,1\n1e-3,1e-3,1\n-1e-3,1e-3,1\n"
 BASE = ("model=slice", "ice.heat=column")
 MADE = {
     "ice.mesh": "ice.mesh=meshes/siped_block.msh",
@@ -21,6 +23,21 @@ MADE = {
     "ice.layers": "ice.layers=[{conductivity=50, density=7800, heat_capacity=500}]",
     "ice.base_temperature": "ice.base_temperature=-5degC",
     "rubber.mesh": "rubber.mesh=meshes/siped_block.msh",
+    "rubber.outline": "rubber.outline=OUTLINE",
+    "rubber.sipes": ("rubber.sipes=1", "rubber.sipe_width=0.1mm", "rubber.sipe_depth=0.5mm"),
+    "rubber.grooves": "rubber.grooves=[{width='0.1 mm', depth='0.5 mm'}]",
+    "rubber.edge_radius": "rubber.edge_radius=20um",
+    "rubber.chamfer": "rubber.chamfer=20um",
+    "rubber.draft_angle": "rubber.draft_angle=1deg",
+    "rubber.C10": "rubber.C10=0.2MPa",
+    "rubber.C01": "rubber.C01=0MPa",
+    "rubber.D1": "rubber.D1=7e-8",
+    "rubber.nu": "rubber.nu=0",
+    "rubber.prony": RELAXES,
+    "rubber.dma": ("rubber.dma=cases/rubber/synthetic_dma.csv", RELAXES[1]),
+    "rubber.wlf": ("rubber.wlf={C1=7.4, C2=121, reference='20 degC'}", *RELAXES),
+    "rubber.shift_factors": ("rubber.shift_factors=[[253.15, 3], [293.15, 0]]", *RELAXES),
+    "film.contact": "film.contact=cases/surfaces/compound_B.csv",
     "load.changes": f"load.pressure={ROWS}",
     "load.pressures.is_constant": f"load.pressure={ROWS}",
     "load.passes": ("load.passes=2", "load.period=1"),
@@ -33,9 +50,7 @@ MADE = {
         "film.initial_height=0nm",
     ),
     "film.k": ("film.k=0.3", "film.D=30um", "film.H_V=2um"),
-    "film.contact_age": (
-        "film.contact_age=true", "rubber.prony=[[0.3, 1e-3]]", "rubber.modulus_is=long-term",
-    ),
+    "film.contact_age": ("film.contact_age=true", *RELAXES),
     "film.dry_stress": ("film.dry_stress=2bar", "film.dry_softening=10"),
     "film.dry_shear.softens": ("film.dry_stress=2bar", "film.dry_softening=10"),
     "film.conductance": "film.conductance=1e5",
@@ -58,13 +73,15 @@ def overrides(condition, plain):
 
 
 @pytest.mark.parametrize("rule", RULES, ids=lambda rule: " & ".join(i.words for i in rule.named))
-def test_a_scene_that_breaks_it_is_refused(rule):
+def test_a_scene_that_breaks_it_is_refused(rule, tmp_path):
+    (tmp_path / "outline.csv").write_text(OUTLINE)
     path = ROOT / "cases" / "thesis_1bar.toml"
     plain, given = Tables.model_validate(read_scene(path, BASE)), {}
     for condition in (*rule.where, *rule.named):
         for text in overrides(condition, plain):
             given.setdefault(text.partition("=")[0], text)
-    changes = [*BASE, *given.values()]
+    file = str(tmp_path / "outline.csv")
+    changes = [*BASE, *(text.replace("OUTLINE", file) for text in given.values())]
     said = rule.fault(Tables.model_validate(read_scene(path, changes)))
     assert said.endswith(f"allowed: {rule.allowed}") and "contradict each other" in said
     for condition in rule.named:

@@ -9,6 +9,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from iceslide_fem.postprocess.report.page import (
     Cell,
     Chart,
@@ -131,11 +133,13 @@ def page_of(words: Words, charts: Charts, figures: Mapping[str, Any]) -> Page:
     )  # fmt: skip
 
 
-def csv_text(columns: Mapping[str, Any], digits: int = 9) -> str:
-    """A table as CSV: names with units -> values, with so many `digits`."""
-    rows = zip(*columns.values(), strict=True)
-    texts = (
-        ",".join(one if isinstance(one, str) else f"{one + 0.0:.{digits}g}" for one in row)
-        for row in rows
-    )
-    return "\n".join([",".join(columns), *texts]) + "\n"
+def csv_text(columns: Mapping[str, Any], digits: int = 9, missing: str = "nan") -> str:
+    """A table as CSV: names with units -> values, with so many `digits`; missing: for NaN."""
+
+    def text(value: Any) -> str:
+        if isinstance(value, str):
+            return value
+        return missing if np.isnan(value) else f"{value + 0.0:.{digits}g}"
+
+    rows = (",".join(map(text, row)) for row in zip(*columns.values(), strict=True))
+    return "\n".join([",".join(columns), *rows]) + "\n"

@@ -76,6 +76,11 @@ class Quantity(NamedTuple):
         return SHOWN_IN.get(self.unit, 1.0)
 
     @property
+    def label(self) -> str:
+        """Title and unit."""
+        return f"{self.title} ({self.unit})" if self.unit else self.title
+
+    @property
     def axis(self) -> str:
         """Label of an axis."""
         return f"{self.symbol} ({self.unit or 1})"

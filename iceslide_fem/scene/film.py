@@ -223,11 +223,6 @@ class Film(Table):
                 f"film has {' and '.join(given)} only; give k, D and H_V together, or none of them"
             )
         if self.contact is not None:
-            if given:
-                raise ValueError(
-                    "film.contact and film.k contradict each other: one is a table over pressure, "
-                    "the other holds at every pressure; give one of them"
-                )
             read_contact_table(self.contact, "film.contact")
         return self
 
@@ -239,11 +234,6 @@ class Film(Table):
             )
         if not self.contact_age:
             return self
-        if self.k is not None:
-            raise ValueError(
-                "film.contact_age and film.k contradict each other: constants do not follow the "
-                "contact's age; allowed: film.contact, or a compound's table"
-            )
         if self.contact is None:
             if self.contact_modulus is not None:
                 raise ValueError(

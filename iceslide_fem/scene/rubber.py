@@ -229,14 +229,7 @@ class Rubber(Table):
     @model_validator(mode="after")
     def _one_description(self) -> Self:
         given = [name for name in ("C10", "C01", "D1", "nu") if getattr(self, name) is not None]
-        if "D1" in given and "nu" in given:
-            raise ValueError("rubber.D1 and rubber.nu contradict each other; give one of them")
         if self.compound is not None:
-            if given and given[0] in ("C10", "C01"):
-                raise ValueError(
-                    f'rubber.compound = "{self.compound}" and rubber.{given[0]} contradict each '
-                    "other; give the compound or the constants"
-                )
             return self
         if len(given) < 3:
             raise ValueError(
@@ -249,15 +242,6 @@ class Rubber(Table):
 
     @model_validator(mode="after")
     def _relaxation_is_whole(self) -> Self:
-        if self.prony is not None and self.dma is not None:
-            raise ValueError(
-                "rubber.prony and rubber.dma contradict each other; give the arms, or the table "
-                "that they are fitted to"
-            )
-        if self.wlf is not None and self.shift_factors is not None:
-            raise ValueError(
-                "rubber.wlf and rubber.shift_factors contradict each other; give one of them"
-            )
         if self.prony is None and self.dma is None:
             for key in ("wlf", "shift_factors", "modulus_is"):
                 if getattr(self, key) is not None:

@@ -6,6 +6,7 @@ The rows are checked in their order, listed in the reference, and tested one by 
 from __future__ import annotations
 
 from functools import reduce
+from itertools import product
 from typing import Any, NamedTuple
 
 from pydantic import BaseModel
@@ -50,7 +51,7 @@ class Is(NamedTuple):
         """The condition in words, with all values."""
         if self.values:
             return " or ".join(self.told(value) for value in self.values)
-        if self.besides:
+        if self.besides and not self.shown:
             return f"another {self.key} than {' or '.join(map(repr, self.besides))}"
         return self.told(None) if self.above is None else f"{self.key} above {self.above:g}"
 
@@ -89,6 +90,7 @@ SOFTENS = Is("film.dry_shear.softens", shown="film.dry_stress that falls as the 
 ROWS_OF_VISCOSITY = Is("water.table", shown="rows of water.viscosity")
 ROWS_OF_ICE = Is("ice.has_rows", shown="rows of ice.conductivity or ice.heat_capacity")
 CHANGING = Is("load.pressures.is_constant", (False,), shown="a load.pressure that changes in time")
+EDGE, CHAMFER = Is("rubber.edge_radius"), Is("rubber.chamfer")
 EXPLICIT = Is("numerics.film_integrator", ("explicit-euler",))
 PASSES, ROWS = Is("load.passes", above=1), Is("rubber.rows", above=1)
 ON_A_POINT = "where ice slides a point meets ice that is younger than the rubber"
@@ -111,7 +113,41 @@ def _passing(key: Is) -> tuple[Rule, ...]:
     )  # fmt: skip
 
 
+def _number(key: str) -> Is:
+    """Whether a number is given, 0 too."""
+    return Is(key, besides=(None,), shown=key)
+
+
 RULES = (
+    Rule((_number("rubber.D1"), _number("rubber.nu")), "", "one of them"),
+    *(
+        Rule((Is("rubber.compound"), _number(key)), "", "the compound or the constants")
+        for key in ("rubber.C10", "rubber.C01")
+    ),
+    Rule((Is("rubber.prony"), Is("rubber.dma")), "",
+         "the arms, or the table that they are fitted to"),
+    Rule((Is("rubber.wlf"), Is("rubber.shift_factors")), "", "one of them"),
+    Rule((Is("rubber.outline"), Is("rubber.mesh")), "", "one of them"),
+    *(
+        Rule((Is(cut), Is(f"rubber.{other}")), "it is cut into the built-in box only",
+             f"cuts drawn in the {other}")
+        for cut, other in product(("rubber.sipes", "rubber.grooves"), ("mesh", "outline"))
+    ),
+    *(
+        Rule((edge, Is(f"rubber.{other}")), reason, "edges and sides drawn in a mesh")
+        for edge, (other, reason) in product(
+            (EDGE, CHAMFER, Is("rubber.draft_angle")),
+            (
+                ("mesh", "it is cut into the built-in box only"),
+                ("outline", "an outline has sharp edges and upright sides"),
+            ),
+        )
+    ),
+    Rule((EDGE, CHAMFER), "an edge is round or cut off", "one of them"),
+    Rule((Is("film.contact"), Is("film.k")),
+         "one is a table over pressure, the other holds at every pressure", "one of them"),
+    Rule((AGES, Is("film.k")), "constants do not follow the contact's age",
+         "film.contact, or a compound's table"),
     *(
         Rule((Is("ice.heat", ("half-space", "continuum")), condition),
              "it takes the ice as a half-space", "ice.heat = 'column' or 'mesh'")

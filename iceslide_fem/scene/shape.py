@@ -13,31 +13,7 @@ SMALLEST_EDGE = 1e-6  # m
 
 
 def check_shape(rubber: Rubber) -> None:
-    """Raise ValueError if the cuts do not fit into the block, or contradict mesh or outline."""
-    given = {
-        "rubber.sipes": bool(rubber.cuts),
-        "rubber.grooves": bool(rubber.grooves),
-        "rubber.edge_radius": rubber.edge_radius > 0.0,
-        "rubber.chamfer": rubber.chamfer > 0.0,
-        "rubber.draft_angle": rubber.draft_angle > 0.0,
-    }
-    named = [key for key, there in given.items() if there]
-    if rubber.mesh is not None and rubber.outline is not None:
-        raise ValueError("rubber.outline and rubber.mesh contradict each other; give one of them")
-    for other in ("mesh", "outline"):
-        if named and getattr(rubber, other) is not None:
-            swept = other == "outline" and named[0] not in ("rubber.sipes", "rubber.grooves")
-            way = (
-                "an outline has sharp edges and upright sides; draw it in a mesh"
-                if swept
-                else f"it is cut into the built-in box only; draw it in the {other}"
-            )
-            raise ValueError(f"{named[0]} and rubber.{other} contradict each other: {way}")
-    if rubber.edge_radius > 0.0 and rubber.chamfer > 0.0:
-        raise ValueError(
-            "rubber.edge_radius and rubber.chamfer contradict each other: an edge is round or cut "
-            "off; give one of them"
-        )
+    """Raise ValueError if the cuts do not fit into the block."""
     _check_depths(rubber)
     _check_lugs(rubber)
     _check_grooves(rubber)

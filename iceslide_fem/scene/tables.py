@@ -47,6 +47,7 @@ class Tables(Table):
 
 def check_contradictions(scene: Tables) -> None:
     """Raise ValueError with the first contradiction between tables of the `scene`."""
+    check_rules(scene)
     nothing = scene.rubber.compound is None and scene.film.k is None and scene.film.contact is None
     if nothing and scene.friction.law == "film":
         raise ValueError(
@@ -54,7 +55,6 @@ def check_contradictions(scene: Tables) -> None:
         )
     check_shape(scene.rubber)
     _rows_are_apart(scene)
-    check_rules(scene)
     check_ground(scene.ice)
     _rubber_relaxes_here(scene)
     if scene.film.contact_age and scene.rubber.relaxation is None:

@@ -20,6 +20,7 @@ from iceslide_fem.preprocess.roughness.surface import (
     spectrum_fit,
     statistics,
 )
+from iceslide_fem.preprocess.work import csv_text
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.materials import BAR
@@ -215,9 +216,7 @@ def columns(result: Survey) -> dict[str, Array]:
 
 def table(result: Survey) -> str:
     """The text of contact.csv, which a scene reads as `film.contact`."""
-    import pandas as pd  # takes long to import
-
-    return str(pd.DataFrame(columns(result)).to_csv(index=False, float_format="%.6g"))
+    return csv_text(columns(result), 6, missing="")
 
 
 def summary(result: Survey) -> dict[str, Any]:

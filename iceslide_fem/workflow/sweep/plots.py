@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -13,41 +13,30 @@ import xarray as xr
 from iceslide_fem.postprocess.report.page import Chart, Curve, HeatMap
 from iceslide_fem.postprocess.report.png import save_png
 from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.columns import Quantity
 from iceslide_fem.runtime.units import ZERO_CELSIUS
-from iceslide_fem.scene.materials import BAR
 
 PICTURES = ("mu_by_*.png", "map_*.png")
 MOST_CURVES = 12
 
 
-class SummaryQuantity(NamedTuple):
-    """Display of a key: name with unit, and factor and offset from SI."""
-
-    label: str
-    factor: float = 1.0
-    offset: float = 0.0
-
-    def __call__(self, values: Any) -> Array:
-        """Convert SI values for display."""
-        return np.asarray((np.asarray(values) - self.offset) * self.factor)
-
-
-SHOWN = {
-    "load.pressure": SummaryQuantity("pressure (bar)", 1.0 / BAR),
-    "load.speed": SummaryQuantity("speed (m/s)"),
-    "load.duration": SummaryQuantity("duration (ms)", 1e3),
-    "ice.temperature": SummaryQuantity("ice temperature (°C)", 1.0, ZERO_CELSIUS),
-    "rubber.length": SummaryQuantity("length (mm)", 1e3),
-    "rubber.width": SummaryQuantity("width (mm)", 1e3),
-    "rubber.height": SummaryQuantity("height (mm)", 1e3),
-    "film.initial_height": SummaryQuantity("initial film height (nm)", 1e9),
-    "film.dry_stress": SummaryQuantity("stress of dry contact (bar)", 1.0 / BAR),
-    "film.dry_softening": SummaryQuantity("softening of dry contact (K)"),
-    "film.dry_residual": SummaryQuantity("dry contact above melting (K)"),
-    "film.D": SummaryQuantity("asperity diameter D (µm)", 1e6),
-    "film.H_V": SummaryQuantity("free height H_V (µm)", 1e6),
-    "film.k": SummaryQuantity("relative contact area k"),
-}
+# Keys in SI, as they are shown.
+SHOWN = (
+    Quantity("load.pressure", "pressure", "bar"),
+    Quantity("load.speed", "speed", "m/s"),
+    Quantity("load.duration", "duration", "ms"),
+    Quantity("ice.temperature", "ice temperature", "°C"),
+    Quantity("rubber.length", "length", "mm"),
+    Quantity("rubber.width", "width", "mm"),
+    Quantity("rubber.height", "height", "mm"),
+    Quantity("film.initial_height", "initial film height", "nm"),
+    Quantity("film.dry_stress", "stress of dry contact", "bar"),
+    Quantity("film.dry_softening", "softening of dry contact", "K"),
+    Quantity("film.dry_residual", "dry contact above melting", "K"),
+    Quantity("film.D", "asperity diameter D", "µm"),
+    Quantity("film.H_V", "free height H_V", "µm"),
+    Quantity("film.k", "relative contact area k"),
+)
 
 
 def plot_sweep(data: xr.Dataset, folder: Path) -> list[Path]:
@@ -86,7 +75,7 @@ def _over(data: xr.Dataset, key: str, others: list[str]) -> Chart:
         for at in spread(combinations, MOST_CURVES)
         if np.isfinite(data["mu_mean"].isel(at)).any()
     ]
-    x = look(data[key])
+    x = shown(look, data[key])
     curves = [Curve(words(data, at) or "mean mu", x, mu, n) for n, (at, mu) in enumerate(drawn)]
     values = [mu for _, mu in drawn]
     says = f"Mean mu is between {np.nanmin(values):.4g} and {np.nanmax(values):.4g}"
@@ -107,13 +96,13 @@ def _maps(data: xr.Dataset, first: str, second: str, rest: list[str]) -> list[He
         ("Film height at the end", "nm", 1e9 * data["film_height_m"].isel(time_share=-1)),
         ("Melt onset; grey: none", "ms", 1e3 * data["melt_onset_s"]),
     ):
-        shown = values.isel(at).transpose(second, first).to_numpy()
-        if np.isfinite(shown).any():
+        here = values.isel(at).transpose(second, first).to_numpy()
+        if np.isfinite(here).any():
             anchor = f"map-{name.split()[0]}-{first}-{second}".replace(".", "-").lower()
-            says = f"Between {np.nanmin(shown):.4g} and {np.nanmax(shown):.4g} {unit}".strip()
-            axes = x(data[first]), y(data[second])
+            says = f"Between {np.nanmin(here):.4g} and {np.nanmax(here):.4g} {unit}".strip()
+            axes = shown(x, data[first]), shown(y, data[second])
             drawn.append(
-                HeatMap(anchor, f"{name}{where}", says, x.label, y.label, unit, axes, shown)
+                HeatMap(anchor, f"{name}{where}", says, x.label, y.label, unit, axes, here)
             )
     return drawn
 
@@ -154,7 +143,7 @@ def spread(values: Sequence[Any], most: int) -> list[Any]:
 def words(data: xr.Dataset, at: Mapping[str, int]) -> str:
     """The values of a case or of some keys of it, in short."""
     return ", ".join(
-        f"{quantity_of(key).label.partition(' (')[0]} {value_of(data, key, index)}"
+        f"{quantity_of(key).title} {value_of(data, key, index)}"
         for key, index in at.items()
         if data.sizes[key] > 1
     )
@@ -164,9 +153,15 @@ def value_of(data: xr.Dataset, key: str, index: int) -> str:
     """A value of a key as text, in its unit for display."""
     value = data[key].values[index]
     numeric = data[key].dtype.kind in "if"
-    return f"{float(quantity_of(key)(value)):.4g}" if numeric else str(value)
+    return f"{float(shown(quantity_of(key), value)):.4g}" if numeric else str(value)
 
 
-def quantity_of(key: Hashable) -> SummaryQuantity:
+def quantity_of(key: Hashable) -> Quantity:
     """Display of a dotted key."""
-    return SHOWN.get(str(key), SummaryQuantity(str(key)))
+    return next((each for each in SHOWN if each.column == key), Quantity(str(key), str(key)))
+
+
+def shown(quantity: Quantity, values: Any) -> Array:
+    """Values of a key, SI, in the unit in which it is shown."""
+    zero = ZERO_CELSIUS if quantity.unit == "°C" else 0.0
+    return np.asarray((np.asarray(values) - zero) * quantity.factor)
