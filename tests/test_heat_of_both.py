@@ -14,8 +14,11 @@ from iceslide_fem.heat.elements import (  # noqa: E402
     QuadraticElements,
     product,  # noqa: E402
 )
-from iceslide_fem.heat.equation import HeatEquation, uniform  # noqa: E402
-from iceslide_fem.heat.linear import LinearSolver  # noqa: E402
+from iceslide_fem.heat.equation import (  # noqa: E402
+    HeatEquation,
+    LinearSolver,  # noqa: E402
+    uniform,
+)
 from iceslide_fem.heat.tabulated import TabulatedHeat, integral  # noqa: E402
 from iceslide_fem.mesh import gmsh_model  # noqa: E402
 from iceslide_fem.mesh.ice import tagged_ice  # noqa: E402

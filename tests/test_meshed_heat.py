@@ -18,8 +18,11 @@ from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl  # noqa: E402
 from iceslide_fem.film.law import FilmStage  # noqa: E402
 from iceslide_fem.film.runge_kutta import INTEGRATORS  # noqa: E402
 from iceslide_fem.heat.elements import LayeredElements, QuadraticElements  # noqa: E402
-from iceslide_fem.heat.equation import HeatEquation, of_regions  # noqa: E402
-from iceslide_fem.heat.linear import LinearSolver  # noqa: E402
+from iceslide_fem.heat.equation import (  # noqa: E402
+    HeatEquation,
+    LinearSolver,  # noqa: E402
+    of_regions,
+)
 from iceslide_fem.interface.ice_mesh import MeshedIce, Settings  # noqa: E402
 from iceslide_fem.interface.passing_mesh import PassingMeshedIce  # noqa: E402
 from iceslide_fem.interface.surface_grid import Contacts, SurfaceGrid  # noqa: E402

@@ -31,7 +31,7 @@ from iceslide_fem.coupling.subcycling import Subcycling
 from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.film.step_control import GROW, step_factor
 from iceslide_fem.interface.film_frame import ContactLoads, FilmFrame
-from iceslide_fem.laws.interface_law import Sheared
+from iceslide_fem.laws.protocol import Sheared
 from iceslide_fem.rubber.block import Block, SpeedLaw
 from iceslide_fem.rubber.time_discretisation import Motion, MotionLaw, quiescent_motion
 from iceslide_fem.runtime.errors import NotConverged

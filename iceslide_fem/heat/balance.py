@@ -26,7 +26,7 @@ from iceslide_fem.fenics.compat import MPI, PETSc
 from iceslide_fem.film.law import Film, FilmStage, Surface
 from iceslide_fem.film.rubber_heat import FilmBetween, HalfFilm, RubberSurface, parallel
 from iceslide_fem.heat.bodies import Bodies
-from iceslide_fem.heat.linear import LinearSolver
+from iceslide_fem.heat.equation import LinearSolver
 from iceslide_fem.heat.newton import NOT_FOUND, balanced
 from iceslide_fem.heat.surface import Readings
 from iceslide_fem.runtime.arrays import Array, Index

@@ -8,7 +8,9 @@ temperature and the test functions v of the elements (`elements`),
     int rho c dw/dt v dx + int lambda grad w . grad v dx = int q v ds + int f v dx.
 
 Unknowns are numbered column by column, downwards. Conduction is far stronger along a column than
-sideways, so an incomplete Cholesky factor in this order is nearly exact.
+sideways, so an incomplete Cholesky factor in this order is nearly exact. Systems of bodies that
+melt are solved by conjugate gradients with the diagonal, on any number of ranks: some twenty
+iterations (docs/explanation/ice.md). Their options begin with `-heat_`.
 """
 
 from __future__ import annotations
@@ -19,10 +21,11 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from iceslide_fem.fenics import compat
-from iceslide_fem.fenics.compat import MPI, PETSc, fem
+from iceslide_fem.fenics.compat import MPI, PETSc, fem, solve_linear, take_options
 from iceslide_fem.heat.elements import LayeredElements, QuadraticElements, product
 from iceslide_fem.mesh.gmsh_model import DistributedMesh
 from iceslide_fem.runtime.arrays import Array, Mask
+from iceslide_fem.runtime.errors import NotConverged
 from iceslide_fem.scene.materials import Solid
 
 Elements = LayeredElements | QuadraticElements
@@ -176,3 +179,43 @@ def uniform(mesh: Any, solid: Solid) -> Properties:
     capacity = solid.density * solid.heat_capacity
     numbers = (PETSc.ScalarType(value) for value in (solid.conductivity, capacity))
     return Properties(*(fem.Constant(mesh, number) for number in numbers))
+
+
+MOST_ITERATIONS = 2000
+RELATIVE = 1e-4  # relative residual; the next Newton iteration removes the rest
+
+
+class LinearSolver:
+    """Solves symmetric positive systems of one size."""
+
+    def __init__(self, comm: Any, close: float) -> None:
+        """`close`: absolute tolerance of the preconditioned residual, in the solution's unit."""
+        self._vectors: tuple[PETSc.Vec, PETSc.Vec] | None = None
+        self._ksp = ksp = PETSc.KSP().create(comm)
+        ksp.setOptionsPrefix("heat_")
+        ksp.setType("cg")
+        ksp.setTolerances(rtol=RELATIVE, atol=close, max_it=MOST_ITERATIONS)
+        ksp.getPC().setType("jacobi")
+        take_options(ksp)
+
+    @property
+    def iterations(self) -> int:
+        """Iterations for the last system."""
+        return int(self._ksp.getIterationNumber())
+
+    def solve(self, matrix: PETSc.Mat, right: Array) -> Array:
+        """The solution (n_own,). Raises NotConverged. Collective."""
+        if self._vectors is None:
+            self._vectors = matrix.createVecs()
+        load, solution = self._vectors
+        load.array[:] = right
+        self._ksp.setOperators(matrix)
+        solve_linear(self._ksp, load, solution)
+        if self._ksp.getConvergedReason() < 0:
+            raise NotConverged("the linear solver of the heat equation fails")
+        return np.array(solution.array)
+
+
+def check_options(comm: Any) -> None:
+    """Raise SceneError if PETSc does not know a value of an option `-heat_...`. Collective."""
+    LinearSolver(comm, 1.0)

@@ -27,7 +27,7 @@ from iceslide_fem.film.rubber_heat import RubberHeat
 from iceslide_fem.film.runge_kutta import Integrator
 from iceslide_fem.heat.equation import HeatEquation
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Profile
-from iceslide_fem.laws.interface_law import InterfaceLaw, Sheared
+from iceslide_fem.laws.protocol import InterfaceLaw, Sheared
 from iceslide_fem.runtime.arrays import Array, Index, Mask
 
 

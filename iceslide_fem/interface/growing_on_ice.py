@@ -23,7 +23,7 @@ from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, SurfaceGrid
 from iceslide_fem.interface.window import place, shifted, whole_cells
 from iceslide_fem.laws.aged_film import AgedFilm
 from iceslide_fem.laws.carrying_film import CarryingFilm
-from iceslide_fem.laws.interface_law import Sheared
+from iceslide_fem.laws.protocol import Sheared
 from iceslide_fem.laws.user_law import UserLaw
 from iceslide_fem.laws.user_stage import UserLoads
 from iceslide_fem.runtime.arrays import Array, Mask

@@ -18,7 +18,7 @@ from iceslide_fem.interface.window import RECENT, PassingIce, place, reaches, sh
 from iceslide_fem.laws.aged_film import AgedFilm
 from iceslide_fem.laws.carrying_film import CarryingFilm
 from iceslide_fem.laws.film import FilmLaw
-from iceslide_fem.laws.interface_law import Sheared
+from iceslide_fem.laws.protocol import Sheared
 from iceslide_fem.runtime.arrays import Array, Index, Mask
 
 HALF = 0.5  # least covered fraction of a covered node's cell

@@ -13,7 +13,7 @@ from iceslide_fem.interface.film_frame import ContactLoads, Ice, InterfaceStep, 
 from iceslide_fem.interface.resting import PassBegin
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Placement
 from iceslide_fem.interface.window import RECENT, PassingIce, passed_over, reaches, whole_cells
-from iceslide_fem.laws.interface_law import InterfaceLaw, Sheared
+from iceslide_fem.laws.protocol import InterfaceLaw, Sheared
 from iceslide_fem.runtime.arrays import Array, Index
 
 

@@ -18,7 +18,7 @@ from iceslide_fem.film.law import FilmHistory, FilmStage, Surface
 from iceslide_fem.film.passes import molten, unfrozen
 from iceslide_fem.film.rubber_heat import RubberHeat
 from iceslide_fem.film.runge_kutta import INTEGRATORS
-from iceslide_fem.laws.interface_law import InterfaceLaw
+from iceslide_fem.laws.protocol import InterfaceLaw
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import Solid
 

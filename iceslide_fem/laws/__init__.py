@@ -1,6 +1,6 @@
 """Friction laws, as the solver uses them.
 
-`interface_law` is the interface of a law, `table` chooses the law of a scene, `film` is the law of
+`protocol` is the interface of a law, `table` chooses the law of a scene, `film` is the law of
 the water film. `protocol` is the published protocol of a user law. `user_law` and `user_stage` make
 an interface law from it, `law_file` loads it. `coulomb` is Coulomb friction by this protocol.
 `weakening` refuses velocity-weakening friction that no step can resolve. `points` integrates any

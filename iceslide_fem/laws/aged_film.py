@@ -12,7 +12,7 @@ from iceslide_fem.film.aged_loads import AgedLoads
 from iceslide_fem.film.contact_age import CONTACT_AREA, ContactAge
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.laws.film import FilmLaw
-from iceslide_fem.laws.interface_law import Sheared
+from iceslide_fem.laws.protocol import Sheared
 from iceslide_fem.runtime.arrays import Array, Mask
 
 

@@ -13,7 +13,7 @@ from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.film.lugs import Lugs, lugs_of
 from iceslide_fem.film.voids import Voids
 from iceslide_fem.laws.film import FilmLaw
-from iceslide_fem.laws.interface_law import Sheared
+from iceslide_fem.laws.protocol import Sheared
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.contact_table import ContactTable

@@ -12,7 +12,7 @@ from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.film.law import log_shearing
 from iceslide_fem.film.loads import FilmLoads, film_loads
 from iceslide_fem.film.viscosity import FILM_VISCOSITY, VariableViscosity
-from iceslide_fem.laws.interface_law import Sheared
+from iceslide_fem.laws.protocol import Sheared
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.runtime.curve import Curve
 from iceslide_fem.scene import Scene

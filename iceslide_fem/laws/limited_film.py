@@ -16,7 +16,7 @@ from iceslide_fem.film.limiting_shear import SHEAR_STRENGTH, SLOWEST, LimitingSh
 from iceslide_fem.film.loads import FilmLoads
 from iceslide_fem.film.shear_strength import ShearStrength, shearing_height
 from iceslide_fem.laws.film import FilmLaw, default_ramp, film_law
-from iceslide_fem.laws.interface_law import Sheared
+from iceslide_fem.laws.protocol import Sheared
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene import Scene
 

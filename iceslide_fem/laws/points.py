@@ -12,7 +12,7 @@ from iceslide_fem.film.integrators import InterfaceState, Loads, Step, advance
 from iceslide_fem.film.rubber_heat import INSULATED, RubberHeat
 from iceslide_fem.film.runge_kutta import Integrator
 from iceslide_fem.film.step_control import step_factor
-from iceslide_fem.laws.interface_law import InterfaceLaw
+from iceslide_fem.laws.protocol import InterfaceLaw
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import NotConverged, SimulationStopped
 from iceslide_fem.scene.course import Course

@@ -16,9 +16,8 @@ from iceslide_fem.laws.aged_film import AgedFilm
 from iceslide_fem.laws.carrying_film import CarryingFilm, carrying_film
 from iceslide_fem.laws.coulomb import Coulomb, check_weakening
 from iceslide_fem.laws.film import FilmLaw, film_law
-from iceslide_fem.laws.interface_law import InterfaceLaw
 from iceslide_fem.laws.limited_film import limited_film
-from iceslide_fem.laws.protocol import Law
+from iceslide_fem.laws.protocol import InterfaceLaw, Law
 from iceslide_fem.laws.user_law import UserLaw
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import Scene

@@ -1,4 +1,4 @@
-"""A law of the published protocol as an interface law (`laws.interface_law`).
+"""A law of the published protocol as an interface law (`laws.protocol`).
 
 Its state is one array, and its results are checked. A fault is stored, not raised, because all
 ranks must stop together (`coupling.sliding` checks for it). Until then the result is NaN, which no
@@ -13,8 +13,7 @@ from typing import ClassVar
 import numpy as np
 
 from iceslide_fem.film.integrators import InterfaceState
-from iceslide_fem.laws.interface_law import Sheared
-from iceslide_fem.laws.protocol import Contact, Law, Response, Surface
+from iceslide_fem.laws.protocol import Contact, Law, Response, Sheared, Surface
 from iceslide_fem.laws.user_stage import Answer, UserLoads
 from iceslide_fem.runtime.arrays import Array, Mask
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from iceslide_fem.film.integrators import InterfaceState, Step
 from iceslide_fem.laws.carrying_film import CarryingFilm
-from iceslide_fem.laws.interface_law import InterfaceLaw
+from iceslide_fem.laws.protocol import InterfaceLaw
 from iceslide_fem.runtime.arrays import Array
 
 if TYPE_CHECKING:  # a point needs no DOLFINx

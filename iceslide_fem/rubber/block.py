@@ -10,7 +10,7 @@ import numpy as np
 
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
-from iceslide_fem.laws.interface_law import InterfaceLaw, Sheared
+from iceslide_fem.laws.protocol import InterfaceLaw, Sheared
 from iceslide_fem.laws.table import law_of
 from iceslide_fem.mesh.rubber import nominal_area, rubber_mesh
 from iceslide_fem.mesh.size import check_memory

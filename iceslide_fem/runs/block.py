@@ -14,7 +14,7 @@ from iceslide_fem.coupling.restart import checkpoint_tables, resumed
 from iceslide_fem.coupling.sliding import Rejection, Sliding
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.fenics.garbage import freed_at_end
-from iceslide_fem.heat.linear import check_options
+from iceslide_fem.heat.equation import check_options
 from iceslide_fem.output.history import law_columns, preload_row, slide_row
 from iceslide_fem.output.probes import ProbeRow, Probes
 from iceslide_fem.output.summary import Log, notify_next_run

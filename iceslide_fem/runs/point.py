@@ -17,7 +17,7 @@ from iceslide_fem.film.conditions import (
 from iceslide_fem.film.doubts import doubts
 from iceslide_fem.film.point import Conditions, PointResult, ice_below
 from iceslide_fem.laws.aged_film import AgedFilm
-from iceslide_fem.laws.interface_law import InterfaceLaw
+from iceslide_fem.laws.protocol import InterfaceLaw
 from iceslide_fem.laws.table import law_of
 from iceslide_fem.output.table import HistoryRow, PassRow
 from iceslide_fem.runs.point_pass import law_pass, one_pass

@@ -16,8 +16,8 @@ from iceslide_fem.film.ice_heat import Column, IceHeat
 from iceslide_fem.film.integrators import InterfaceState, Step
 from iceslide_fem.film.point import Conditions, PointResult, Record, simulate
 from iceslide_fem.film.runge_kutta import INTEGRATORS
-from iceslide_fem.laws.interface_law import InterfaceLaw
 from iceslide_fem.laws.points import moments
+from iceslide_fem.laws.protocol import InterfaceLaw
 from iceslide_fem.output.table import HistoryRow, row_of
 from iceslide_fem.output.water import PointWater
 from iceslide_fem.runtime.launch import rank

@@ -17,7 +17,7 @@ from iceslide_fem.film.conditions import (
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.film.passes import base_temperature, column_for, next_start
-from iceslide_fem.laws.interface_law import InterfaceLaw
+from iceslide_fem.laws.protocol import InterfaceLaw
 from iceslide_fem.output.table import HistoryRow, PassRow, of_pass
 from iceslide_fem.output.water import AMOUNTS as WATER_AMOUNTS
 from iceslide_fem.runs.point_pass import PassEnd, first_state, law_pass, one_pass

@@ -20,8 +20,8 @@ from iceslide_fem.film.contact_age import contact_age
 from iceslide_fem.film.point import ice_below, simulate
 from iceslide_fem.film.point_conditions import RANGES
 from iceslide_fem.film.runge_kutta import INTEGRATORS
-from iceslide_fem.laws.interface_law import InterfaceLaw
 from iceslide_fem.laws.points import moments
+from iceslide_fem.laws.protocol import InterfaceLaw
 from iceslide_fem.laws.table import law_of
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.curve import Curve

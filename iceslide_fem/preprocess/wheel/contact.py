@@ -14,7 +14,7 @@ from iceslide_fem.film.loads import film_loads
 from iceslide_fem.film.rubber_heat import INSULATED
 from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.film.step_control import step_factor
-from iceslide_fem.laws.interface_law import InterfaceLaw
+from iceslide_fem.laws.protocol import InterfaceLaw
 from iceslide_fem.laws.table import law_of
 from iceslide_fem.preprocess.footprint.passing import FilmMap, film_map
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap

@@ -8,7 +8,7 @@ import numpy as np
 
 from iceslide_fem.film.loads import squeeze_rate
 from iceslide_fem.film.shear_strength import shear_strength, shearing_height
-from iceslide_fem.laws.interface_law import InterfaceLaw
+from iceslide_fem.laws.protocol import InterfaceLaw
 from iceslide_fem.laws.table import law_of
 from iceslide_fem.runs.simplifications import simplifications
 from iceslide_fem.runtime.units import readable
