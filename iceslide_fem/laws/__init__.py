@@ -1,10 +1,10 @@
 """Friction laws, as the solver uses them.
 
-`protocol` is the interface of a law, `table` chooses the law of a scene, `film` is the law of
-the water film. `protocol` is the published protocol of a user law. `user_law` and `user_stage` make
-an interface law from it, `law_file` loads it. `coulomb` is Coulomb friction by this protocol.
-`weakening` refuses velocity-weakening friction that no step can resolve. `points` integrates any
-law at points.
+`protocol` is what the solver asks of a law, and the published protocol of a user's law. `table`
+chooses the law of a scene: `film`, the water film, with its shear limited (`limited_film`), its
+contact ageing (`aged_film`) or its voids bearing load (`carrying_film`); `coulomb`; or a user's
+law, of which `user_law` and `user_stage` make an interface law. `points` integrates any law at
+points.
 
 Imports `film`, `scene` and what is below them.
 """
