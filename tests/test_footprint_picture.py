@@ -285,5 +285,7 @@ def test_a_print_in_ink_is_high_where_it_is_dark(tmp_path):
     turned = read(path, dark_is="high", rotation=7.0).pressure_map
     share = turned.pixel_area * turned.contact.mean() / turned.pixel_area
     assert share < other.contact.mean()  # what a rotation adds is paper
-    with pytest.raises(SceneError, match="--dark-is is of grey pictures"):
+    with pytest.raises(
+        SceneError, match="--dark-is and --(colormap|legend) contradict each other: only a grey"
+    ):
         read(path, dark_is="high", colormap="jet")

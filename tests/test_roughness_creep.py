@@ -155,7 +155,7 @@ AGED = ("--age", "5ms", "--prony", "0.3:5ms")
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--prony", "0.3:5ms"], "--prony has no meaning without --age"),
+        (["--prony", "0.3:5ms"], "--prony is of rubber that relaxes; give --age"),
         (["--age", "5ms"], "--age asks for rubber that relaxes"),
         (["--age", "5ms", "--prony", "0.3:5ms"], "--modulus-is is missing"),
         (["--age", "5ms", "--prony", "0.3", "MODULUS"], "arm 1 is no pair of g and tau"),
@@ -164,7 +164,7 @@ AGED = ("--age", "5ms", "--prony", "0.3:5ms")
         (["--age", "-1s", "--prony", "0.3:5ms", "MODULUS"], "is out of range"),
         (["--age", "5ms", "--prony", "none.toml", "MODULUS"], "none.toml"),
         (["--age", "5ms", "--scene", "elastic.toml"], "elastic.toml is elastic"),
-        (["--age", "5ms", "--scene", "s.toml", "MODULUS"], "has no meaning without --prony"),
+        (["--age", "5ms", "--scene", "s.toml", "MODULUS"], "is of arms that are given; give --pro"),
         (["--age", "5ms", "--scene", "s.toml", "--temperature", "0degC"], "do not shift"),
         ([*AGED, "--wlf", "7,120,20degC", "MODULUS"], "--temperature is missing"),
         ([*AGED, "--wlf", "7,20,20degC", "--temperature", "-4degC", "MODULUS"], "no value at"),

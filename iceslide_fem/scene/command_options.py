@@ -118,13 +118,14 @@ def _read_several(keys: Sequence[str]) -> Callable[[Any], Any]:
     return read
 
 
-def given(key: str, *values: Any, nothing: Any = None) -> Is:
-    """The condition, for `Rule`, that the option of `key` is given, or has one of `values`.
+def given(key: str, value: Any = None, nothing: Any = None) -> Is:
+    """The condition, for `Rule`, that the option of `key` is given, or has a `value`.
 
     nothing: its value if it is not given.
     """
-    shown = " ".join(map(str, (option_name(key), *values[:1])))
-    return Is(key, values, () if values else (nothing,), shown=shown)
+    if value is None:
+        return Is(key, besides=(nothing,), shown=option_name(key))
+    return Is(key, (value,), shown=f"{option_name(key)} {value}")
 
 
 def scene_keys(field: FieldInfo) -> Sequence[str]:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Annotated, Self
+from typing import Annotated
 
 import numpy as np
-from pydantic import ConfigDict, StrictBool, model_validator
+from pydantic import ConfigDict, StrictBool
 
 from iceslide_fem.preprocess.footprint.film_options import FilmOptions
 from iceslide_fem.preprocess.footprint.jaeger import TABLE_1_ICE, TABLE_1_RUBBER
@@ -72,14 +72,6 @@ class FootprintCase(SourceOptions, FilmOptions):
         text="Of the macroscopic model.", metavar="K,RHO,C", shown="0.19,940,1500",
     )  # fmt: skip
     water_conductivity: float = scene_option("water.conductivity", text="In (3.7).")
-
-    @model_validator(mode="after")
-    def _of_an_area(self) -> Self:
-        made = next((name for name in ("line", "gaussian") if getattr(self, name) is not None), "")
-        for name in ("temperature_map", "state_map"):
-            if made and name in self.model_fields_set:
-                raise ValueError(f"{_named(name)} does not fit {_named(made)}")
-        return self
 
     @property
     def moving(self) -> Macroscopic:

@@ -12,8 +12,8 @@ from pydantic import model_validator
 
 from iceslide_fem.film.contact_age import contact_age
 from iceslide_fem.film.shear_strength import shear_strength
-from iceslide_fem.preprocess.footprint.option_values import Length
 from iceslide_fem.preprocess.footprint.ride import Ride
+from iceslide_fem.preprocess.footprint.source_options import Length
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import Scene, load_scene
 from iceslide_fem.scene.command_options import (

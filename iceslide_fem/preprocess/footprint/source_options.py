@@ -4,22 +4,76 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import BeforeValidator, ConfigDict, Field, model_validator
+from pydantic_core import PydanticCustomError
 
-from iceslide_fem.preprocess.footprint.option_values import (
-    GaussianText,
-    Length,
-    PixelBox,
-    Pressure,
-    PressureUnit,
+from iceslide_fem.preprocess.footprint.maps import UNITS
+from iceslide_fem.preprocess.footprint.picture import Box
+from iceslide_fem.preprocess.footprint.pressure_map import LINE_PIXELS
+from iceslide_fem.runtime.units import si_unit
+from iceslide_fem.scene.command_options import (
+    CommandOptions,
+    Number,
+    as_number,
+    given,
+    option,
+    option_names,
 )
-from iceslide_fem.scene.command_options import CommandOptions, Number, option, option_names
 from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.materials import BAR
 from iceslide_fem.scene.messages import missing
+from iceslide_fem.scene.rules import Rule
 from iceslide_fem.scene.units import Quantity
+
+
+def _box(value: Any) -> Any:
+    """LEFT,TOP,RIGHT,BOTTOM as four integers."""
+    if not isinstance(value, str):
+        return value
+    try:
+        left, top, right, bottom = map(int, value.split(","))
+    except ValueError:
+        form = "is not LEFT,TOP,RIGHT,BOTTOM in whole pixels"
+        raise PydanticCustomError("form", form) from None
+    return Box(left, top, right, bottom)
+
+
+def _gaussian(value: Any) -> Any:
+    """LENGTH,PEAK,SIGMA of a profile; by default SIGMA is a sixth of the length."""
+    if not isinstance(value, str):
+        return value
+    parts = [as_number(part.strip()) for part in value.split(",")]
+    if len(parts) not in (2, 3):
+        raise PydanticCustomError("form", "is not LENGTH,PEAK,SIGMA, say 180mm,4bar,30mm")
+    metres = Quantity("m", "1 mm", "5 m")
+    length = metres.validate(parts[0])
+    peak = Quantity("Pa", "0.1 bar", "100 bar").validate(parts[1])
+    sigma = metres.validate(parts[2]) if len(parts) == 3 else length / 6.0
+    if sigma < length / LINE_PIXELS:
+        raise ValueError(
+            f'SIGMA of --gaussian "{value}" is less than a pixel, LENGTH / {LINE_PIXELS} = '
+            f"{1e3 * length / LINE_PIXELS:.3g} mm"
+        )
+    return length, peak, sigma
+
+
+def _pressure_unit(value: Any) -> Any:
+    """A unit of pressure."""
+    if (unit := si_unit(value, "Pa") if isinstance(value, str) else None) is None:
+        raise ValueError(
+            f'--pressure-unit "{value}" is not a unit of pressure; allowed: {", ".join(UNITS)}, '
+            "kgf/cm^2, mmHg"
+        )
+    return unit
+
+
+Length = Annotated[float, Quantity("m", "1 mm", "5 m"), Number]
+Pressure = Annotated[float, Quantity("Pa", "0 bar", "100 bar"), Number]
+PixelBox = Annotated[Box, BeforeValidator(_box)]
+GaussianText = Annotated[tuple[float, float, float], BeforeValidator(_gaussian)]
+PressureUnit = Annotated[str, BeforeValidator(_pressure_unit)]
 
 THRESHOLD = 0.05  # of the range of pressures
 # Threshold of pressures given as numbers, Pa: below it is the tail of a Gaussian.
@@ -27,7 +81,8 @@ LOWEST_CONTACT = 1.0
 LOWEST_SCALE = 0.1 * BAR  # least high end of the scale: a tyre's mean pressure is some bar
 _named = option_names("image")
 OF_A_PICTURE = "max_pressure min_pressure colormap legend background rotation crop dark_is".split()
-OF_AN_AREA = [*OF_A_PICTURE, *"length width row load frame".split()]
+OF_AN_AREA = [*OF_A_PICTURE, *"length width row load frame temperature_map state_map".split()]
+GREY = "only a grey picture is dark or bright"
 # Required and incompatible options of each source.
 SOURCES: dict[str, tuple[Sequence[str], Sequence[str]]] = {
     "image": (("length", "width", "max_pressure"), ("pressure_unit", "frame")),
@@ -45,6 +100,11 @@ class SourceOptions(CommandOptions):
 
     model_config = ConfigDict(alias_generator=_named)
     group = "Where the pressures come from"
+    rules: ClassVar[Sequence[Rule]] = (
+        Rule((given("dark_is"), given("colormap")), GREY, "one of them"),
+        Rule((given("dark_is"), given("legend")), GREY, "one of them"),
+        Rule((given("colormap"), given("legend")), "", "one of them"),
+    )
 
     image: Path | None = option(None, "PNG, JPEG or TIFF.", "IMAGE")
     pressure_map: InputFile | None = option(
@@ -128,12 +188,6 @@ class SourceOptions(CommandOptions):
             raise ValueError(
                 f"--threshold ({self.threshold / BAR:g} bar) is not between {' and '.join(ends)}"
             )
-        if self.dark_is is not None and (self.colormap or self.legend):
-            raise ValueError(
-                "--dark-is is of grey pictures: it does not fit --colormap or --legend"
-            )
-        if self.colormap is not None and self.legend is not None:
-            raise ValueError("--colormap and --legend contradict each other; give one of them")
 
     @property
     def in_grey(self) -> bool:

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+from itertools import combinations
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, Self
 
 import numpy as np
 from pydantic import BeforeValidator, ConfigDict, Field, model_validator
 
-from iceslide_fem.preprocess.relaxation_options import (
+from iceslide_fem.preprocess.option_values import (
     TEMPERATURE,
+    Several,
     read_prony,
     read_wlf,
     rubber_in,
-    several,
 )
 from iceslide_fem.preprocess.roughness.parameters import Definition
 from iceslide_fem.relaxation.prony import Prony, Relaxation
@@ -25,13 +26,14 @@ from iceslide_fem.scene.command_options import (
     CommandOptions,
     Number,
     as_number,
+    given,
     option,
-    option_name,
     option_names,
 )
 from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.materials import YOUNGS_MODULUS
-from iceslide_fem.scene.units import Quantity, read_range
+from iceslide_fem.scene.rules import Rule
+from iceslide_fem.scene.units import Quantity
 
 # Shortest wave on two pixels of 17.5 um, the source's mesh, as in the published table.
 SOURCE_WAVE = 35e-6
@@ -49,28 +51,25 @@ def _unit(value: Any) -> Any:
         ) from None
 
 
+def _in_equal_ratios(first: float, last: float, count: int) -> list[float]:
+    return [float(f"{p:.6g}") for p in np.geomspace(first, last, count)]
+
+
+PRESSURES = "0.2bar:20bar:12"
+_several = Several(
+    "--pressures", Quantity("Pa", "0.001 bar", "100 bar"), PRESSURES, 2, 200, _in_equal_ratios
+)
+
+
 def _pressures(value: Any) -> Any:
-    """Pressures (Pa) in equal ratios, from "first:last:count", or those of a list with commas."""
-    if not isinstance(value, str):
-        return value
-    said = f'--pressures "{value}"'
-    allowed = Quantity("Pa", "0.001 bar", "100 bar")
-    try:
-        parts, count = value.split(","), 0
-        if len(parts) == 1:
-            *parts, count = read_range(value)
-        given = [allowed.in_range(as_number(part.strip())) for part in parts]
-    except ValueError as error:
-        raise ValueError(f"{said} {error}; allowed: as in 0.2bar:20bar:12") from None
-    if not (given == sorted(set(given)) and 2 <= (count or len(given)) <= 200):
-        raise ValueError(f"{said} is not rising, with 2 to 200 pressures, as in 0.2bar:20bar:12")
-    if not count:
-        return tuple(given)
-    first, last = given
-    return tuple(float(f"{p:.6g}") for p in np.geomspace(first, last, count))
+    """Pressures (Pa) of a range, or of a list with commas."""
+    found = _several(value)
+    if list(found) != sorted(set(found)):
+        raise ValueError(f'--pressures "{value}" is not rising; allowed: as in {PRESSURES}')
+    return found
 
 
-_ages = several("--age", Quantity("s", "0 s", "1e9 s"), "1ms,5ms")
+AGES = Several("--age", Quantity("s", "0 s", "1e9 s"), "1ms,5ms")
 Length = Annotated[float, Quantity("m", "1 nm", "10 mm"), Number]
 
 
@@ -78,6 +77,14 @@ class RoughnessCase(CommandOptions):
     """A surface, the rubber under it, and how it is pressed; SI units."""
 
     model_config = ConfigDict(alias_generator=option_names("surface"))
+    rules = tuple(
+        Rule((given(one), given(other)), "", "one of them")
+        for one, other in combinations(("compound", "modulus", "scene"), 2)
+    )
+    parts = (
+        (("prony", "modulus_is", "wlf", "temperature"), "rubber that relaxes", "ages"),
+        (("modulus_is",), "arms that are given", "prony"),
+    )
 
     surface: Path = option(
         ...,
@@ -85,21 +92,21 @@ class RoughnessCase(CommandOptions):
         "generates one.",
         "SURFACE",
     )
-    compound: str | None = option(None, "Rubber: A, B or C.", "NAME", "B")
+    compound: Literal["A", "B", "C"] | None = option(None, "Rubber.", shown="B")
     modulus: Annotated[float, Quantity("Pa", "1 kPa", "100 GPa"), Number] | None = option(
         None, "Rubber: Young's modulus, 1.6MPa; incompressible."
     )
     scene: InputFile | None = option(None, "Rubber: that of a scene.", "TOML")
     pressures: Annotated[tuple[float, ...], BeforeValidator(_pressures)] = option(
-        _pressures("0.2bar:20bar:12"), "First, last, count, in equal ratios; or P,P,...",
-        "P:P:N", "0.2bar:20bar:12",
+        _pressures(PRESSURES), "First, last, count, in equal ratios; or P,P,...",
+        "P:P:N", PRESSURES,
     )  # fmt: skip
     realisations: Annotated[int, Field(ge=1, le=1000)] = option(8, "Of a generated surface.")
     definition: Definition = option("hydrodynamic", "Of k and D.")
     shortest_wave: Length | None = option(
         None, "Remove shorter waves.", shown="35um for a map, with hydrodynamic"
     )
-    ages: Annotated[tuple[float, ...], _ages] = option(
+    ages: Annotated[tuple[float, ...], BeforeValidator(AGES)] = option(
         (), "After loading, of rubber that relaxes: 1ms,5ms; a table each.", "S,...", alias="--age"
     )
     prony: Annotated[Path | tuple[tuple[float, float], ...] | None, BeforeValidator(read_prony)] = (
@@ -120,31 +127,12 @@ class RoughnessCase(CommandOptions):
     )
 
     @model_validator(mode="after")
-    def _one_rubber(self) -> Self:
-        given = [name for name in ("compound", "modulus", "scene") if getattr(self, name)]
-        if len(given) > 1:
-            raise ValueError(
-                f"{option_name(given[0])} and {option_name(given[1])} contradict each other; "
-                "give one of them"
-            )
-        if self.compound is not None and self.compound not in YOUNGS_MODULUS:
-            allowed = ", ".join(f'"{name}"' for name in YOUNGS_MODULUS)
-            raise ValueError(f'--compound "{self.compound}" is not known; allowed: {allowed}')
-        return self
-
-    @model_validator(mode="after")
     def _age_is_whole(self) -> Self:
-        if not self.ages:
-            for name in ("prony", "modulus_is", "wlf", "temperature"):
-                if getattr(self, name) is not None:
-                    raise ValueError(f"{option_name(name)} has no meaning without --age")
-        elif self.prony is None and self.scene is None:
+        if self.ages and self.prony is None and self.scene is None:
             raise ValueError(
                 "--age asks for rubber that relaxes; give --prony, or a --scene whose rubber does"
             )
-        elif self.prony is None and self.modulus_is is not None:
-            raise ValueError("--modulus-is has no meaning without --prony: the scene says it")
-        elif self.prony is not None and self.modulus_is is None:
+        if self.prony is not None and self.modulus_is is None:
             raise ValueError(
                 "--modulus-is is missing: --prony does not say which modulus the rubber's is; "
                 "allowed: instantaneous, long-term"
@@ -185,7 +173,7 @@ def _elastic(case: RoughnessCase, scene: Scene | None) -> tuple[str, float]:
     """Name and E* (Pa), incompressible by default; instantaneous for a scene with a series."""
     if case.modulus is not None:
         return f"E = {case.modulus / 1e6:.4g} MPa", case.modulus / 0.75
-    compound = case.compound or "B"
+    compound: str = case.compound or "B"
     if scene is not None:
         rubber = scene.mooney_rivlin
         if scene.rubber.compound is None:

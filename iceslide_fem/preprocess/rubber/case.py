@@ -7,11 +7,12 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BeforeValidator, ConfigDict, Field, model_validator
 
-from iceslide_fem.preprocess.relaxation_options import STRAIN, TEMPERATURE, read_wlf, several
+from iceslide_fem.preprocess.option_values import STRAIN, TEMPERATURE, Several, read_wlf
 from iceslide_fem.relaxation.dma_fit import Law
 from iceslide_fem.relaxation.shift import Shift
-from iceslide_fem.scene.command_options import CommandOptions, Number, option, option_names
+from iceslide_fem.scene.command_options import CommandOptions, Number, given, option, option_names
 from iceslide_fem.scene.relaxation import MOST_ARMS
+from iceslide_fem.scene.rules import Rule
 from iceslide_fem.scene.units import Quantity
 
 Temperature = Annotated[float, TEMPERATURE, Number]
@@ -26,6 +27,16 @@ class RubberCase(CommandOptions):
     """A DMA table, or a scene (.toml), with options; SI units."""
 
     model_config = ConfigDict(alias_generator=option_names("source"))
+    rules = (
+        Rule((given("wlf"), given("arrhenius_below")),
+             "the activation energy is fitted below a fitted WLF", "one of them"),
+        Rule((given("shift"), given("wlf")), "a shift is fitted or given", "one of them"),
+        *(
+            Rule((given("shift", law), given("arrhenius_below")),
+                 "the activation energy follows on a fitted WLF", "one of them")
+            for law in ("arrhenius", "table")
+        ),
+    )  # fmt: skip
 
     source: Path = option(
         ...,
@@ -56,11 +67,12 @@ class RubberCase(CommandOptions):
     modulus_is: Literal["instantaneous", "long-term"] | None = option(
         None, "C10 written.", shown="long-term"
     )
-    rates: Annotated[tuple[float, ...], several("--rates", RATE, "0.01,1,100")] = option(
-        (0.01, 1.0, 100.0), "Of strain, drawn; 1/s.", "R,...", "0.01,1,100"
+    rates: Annotated[tuple[float, ...], BeforeValidator(Several("--rates", RATE, "0.01,1,100"))] = (
+        option((0.01, 1.0, 100.0), "Of strain, drawn; 1/s.", "R,...", "0.01,1,100")
     )
     temperatures: Annotated[
-        tuple[float, ...] | None, several("--temperatures", TEMPERATURE, "-20degC,20degC")
+        tuple[float, ...] | None,
+        BeforeValidator(Several("--temperatures", TEMPERATURE, "-20degC,20degC")),
     ] = option(None, "That are drawn.", "T,...", "-20degC,0degC,20degC")
 
     @model_validator(mode="after")
@@ -69,21 +81,6 @@ class RubberCase(CommandOptions):
         if self.is_scene and given:
             name = type(self).model_fields[given[0]].alias
             raise ValueError(f"{name} has no meaning for a scene: its rubber is shown as it is")
-        if self.wlf is not None and self.arrhenius_below is not None:
-            raise ValueError(
-                "--wlf and --arrhenius-below contradict each other: the activation energy is "
-                "fitted below a fitted WLF; give one of them"
-            )
-        if self.shift is not None and self.wlf is not None:
-            raise ValueError(
-                "--shift and --wlf contradict each other: a shift is fitted or given; give one of "
-                "them"
-            )
-        if self.shift in ("arrhenius", "table") and self.arrhenius_below is not None:
-            raise ValueError(
-                f"--shift {self.shift} and --arrhenius-below contradict each other: the activation "
-                "energy follows on a fitted WLF; give one of them"
-            )
         return self
 
     @property

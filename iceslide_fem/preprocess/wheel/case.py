@@ -10,8 +10,7 @@ from typing import Annotated, Self
 from pydantic import ConfigDict, StrictBool, model_validator
 
 from iceslide_fem.preprocess.footprint.film_options import FilmOptions
-from iceslide_fem.preprocess.footprint.option_values import Length
-from iceslide_fem.preprocess.footprint.source_options import SourceOptions
+from iceslide_fem.preprocess.footprint.source_options import Length, SourceOptions
 from iceslide_fem.preprocess.wheel.brush import Pattern, Rolling
 from iceslide_fem.preprocess.wheel.option_values import (
     SPEED,

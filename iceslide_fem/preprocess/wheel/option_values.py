@@ -7,11 +7,10 @@ from typing import Annotated, Any, Literal, NamedTuple
 import numpy as np
 from pydantic import BeforeValidator
 
-from iceslide_fem.preprocess.relaxation_options import read_several
+from iceslide_fem.preprocess.option_values import Several
 from iceslide_fem.runtime.units import to_si
-from iceslide_fem.scene.units import Quantity, read_range
+from iceslide_fem.scene.units import Quantity
 
-MOST_SLIPS = 1001
 SPEED = Quantity("m/s", "0.1 m/s", "100 m/s")
 TEMPERATURE = Quantity("K", "-80 degC", "-0.001 degC")
 VARIED = {
@@ -36,34 +35,19 @@ class Stiffness(NamedTuple):
         return f"{self.value:.10g}{self.unit}"
 
 
+def _in_equal_steps(first: float, last: float, count: int) -> list[float]:
+    steps: list[float] = np.linspace(first, last, count).round(12).tolist()
+    return steps
+
+
+_several = Several(
+    "--slip", Quantity("", "-1", "1"), "0:1:21 or 0.05,0.1,1", 1, 1001, _in_equal_steps
+)
+
+
 def _slips(value: Any) -> Any:
     """Slip ratios in ascending order, from "first:last:count" or "0.1,0.2"."""
-    if not isinstance(value, str):
-        return value
-    said = f'--slip "{value}"'
-    parts = value.split(",")
-    number = len(parts)
-    if ":" in value:
-        try:
-            *parts, number = read_range(value)
-        except ValueError as error:
-            raise ValueError(f"{said} {error}") from None
-    try:
-        slips = [float(part) for part in parts]
-    except ValueError:
-        raise ValueError(
-            f"{said} is not of the form 0:1:21 (first, last, how many) or 0.05,0.1,1"
-        ) from None
-    if not all(-1.0 <= slip <= 1.0 for slip in slips):
-        raise ValueError(
-            f"{said} has a slip ratio out of range; allowed: -1 to 1, where 1 is a locked wheel "
-            "and one that is driven is below 0"
-        )
-    if not 1 <= number <= MOST_SLIPS:
-        raise ValueError(f"{said} has {number} slip ratios; allowed: 1 to {MOST_SLIPS}")
-    if ":" in value:
-        slips = np.linspace(slips[0], slips[1], number).round(12).tolist()
-    return tuple(sorted({slip + 0.0 for slip in slips}))
+    return tuple(sorted({slip + 0.0 for slip in _several(value)}))
 
 
 def _stiffness(value: Any) -> Any:
@@ -101,7 +85,7 @@ def _varied(value: Any) -> Any:
             )
         if key in found:
             raise ValueError(f"--vary {key} is given twice; give all of its values at once")
-        found[key] = read_several(values, f"--vary {key}", *VARIED[key])
+        found[key] = Several(f"--vary {key}", *VARIED[key])(values)
         if len(set(found[key])) < len(found[key]):
             raise ValueError(f'--vary "{text}" has a value twice')
     return found

@@ -1,11 +1,12 @@
-"""Options on viscoelastic rubber, shared by `iceslide rubber` and `iceslide roughness`."""
+"""Values of options of several commands: their forms, and rubber that relaxes."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-from pydantic import BeforeValidator, ConfigDict, ValidationError
+from pydantic import ConfigDict, ValidationError
 from pydantic_core import PydanticCustomError
 
 from iceslide_fem.runtime.errors import SceneError
@@ -14,36 +15,54 @@ from iceslide_fem.scene.messages import first_sentence
 from iceslide_fem.scene.relaxation import read_arms
 from iceslide_fem.scene.rubber import Rubber
 from iceslide_fem.scene.toml import read_scene
-from iceslide_fem.scene.units import Quantity, Table
+from iceslide_fem.scene.units import Quantity, Table, read_range
 
 TEMPERATURE = Quantity("K", "-150 degC", "200 degC")
-MOST_VALUES = 6
 STRAIN = Quantity("", "0.0001 %", "200 %")
 _WLF = (Quantity("", "1e-6", "1000"), Quantity("K", "0.1 K", "10000 K"), TEMPERATURE)
 
 
-def several(name: str, quantity: Quantity, example: str) -> BeforeValidator:
-    """Validator of up to six comma-separated quantities, in SI as a tuple."""
-    return BeforeValidator(lambda value: read_several(value, name, quantity, example))
+class Several(NamedTuple):
+    """How an option takes several values: with commas, and where `spaced` as first:last:count.
 
-
-def read_several(value: Any, name: str, quantity: Quantity, example: str) -> Any:
-    """Up to six comma-separated quantities of a text, in SI as a tuple.
-
-    name, example: for messages. Raises ValueError.
+    name, example: of the option and its form, for messages; least, most: numbers of values; spaced:
+    the values of a range. Called with a text it returns values in SI, or raises ValueError.
     """
-    if not isinstance(value, str):
-        return value
-    try:
-        found = tuple(quantity.in_range(as_number(part.strip())) for part in value.split(","))
-    except ValueError as error:
-        raise ValueError(
-            f'{name} "{value}" is not of the form {example}: a value {error}; allowed: '
-            f"{quantity.low} to {quantity.high}"
-        ) from None
-    if len(found) > MOST_VALUES:
-        raise ValueError(f'{name} "{value}" has {len(found)} values; allowed: up to {MOST_VALUES}')
-    return found
+
+    name: str
+    quantity: Quantity
+    example: str
+    least: int = 1
+    most: int = 6
+    spaced: Callable[[float, float, int], Iterable[float]] | None = None
+
+    def __call__(self, value: Any) -> Any:
+        """The values of a text; anything else unchanged."""
+        if not isinstance(value, str):
+            return value
+        said, parts, count = f'{self.name} "{value}"', value.split(","), None
+        if self.spaced is not None and ":" in value:
+            try:
+                *parts, count = read_range(value)
+            except ValueError as error:
+                raise ValueError(f"{said} {error}; allowed: as in {self.example}") from None
+        try:
+            found = tuple(self.quantity.in_range(as_number(part.strip())) for part in parts)
+        except ValueError as error:
+            raise ValueError(
+                f"{said} is not of the form {self.example}: a value {error}; allowed: "
+                f"{self.quantity.low} to {self.quantity.high}"
+            ) from None
+        number = len(found) if count is None else count
+        if not self.least <= number <= self.most:
+            raise ValueError(
+                f"{said} has {number} value{'s' * (number != 1)}; allowed: {self.least} to "
+                f"{self.most}, as in {self.example}"
+            )
+        if self.spaced is None or count is None:
+            return found
+        first, last = found
+        return tuple(self.spaced(first, last, count))
 
 
 def read_wlf(value: Any) -> Any:
