@@ -28,7 +28,7 @@ from iceslide_fem.relaxation.prony import Relaxation, delayed
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.runtime.columns import AREA
 from iceslide_fem.scene import Scene
-from iceslide_fem.scene.contact_table import ContactParameters, ContactTable
+from iceslide_fem.scene.contact_table import ConstantContact, ContactParameters, ContactTable
 
 CONTACT_AREA = AREA.column
 
@@ -119,6 +119,9 @@ class AgedContact:
     def _rises(self, pressure: ArrayLike) -> Mask:
         p = np.asarray(pressure, dtype=float)
         return np.asarray(p + self.creep.reshape(p.shape) > self.largest.reshape(p.shape))
+
+
+AnyContact = ContactTable | ConstantContact | AgedContact  # k, D and H_V over pressure
 
 
 def contact_age(scene: Scene) -> ContactAge | None:

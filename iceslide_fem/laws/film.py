@@ -8,6 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from iceslide_fem.film.contact_age import AnyContact
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.film.law import log_shearing
 from iceslide_fem.film.loads import FilmLoads, film_loads
@@ -16,7 +17,6 @@ from iceslide_fem.laws.protocol import Sheared
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.runtime.curve import Curve
 from iceslide_fem.scene import Scene
-from iceslide_fem.scene.contact_table import ContactLaw
 from iceslide_fem.scene.materials import WATER_VISCOSITY
 
 # Shear fades in up to this fraction of the nominal pressure. It fades in more slowly if its slope
@@ -35,7 +35,7 @@ class FilmLaw:
     (Pa s), with a `table` that at the ice's initial temperature.
     """
 
-    parameters: ContactLaw
+    parameters: AnyContact
     nominal: float | None
     ramp_pressure: float
     viscosity: float = WATER_VISCOSITY

@@ -33,11 +33,6 @@ class Creep:
         t = np.asarray(time, dtype=float)[..., None]
         return np.asarray(1.0 - np.expm1(-t / np.array(self.times)) @ np.array(self.fractions))
 
-    @property
-    def final(self) -> float:
-        """E_0 J after infinite time."""
-        return 1.0 + sum(self.fractions)
-
 
 @dataclass(frozen=True)
 class Prony:

@@ -6,6 +6,7 @@ import contextlib
 import functools
 import gc
 import os
+import shutil
 import signal
 import sys
 import threading
@@ -123,6 +124,12 @@ def module_words(module: str, *words: str) -> list[str]:
     Without -P a gmsh.py, say, in the working directory would be imported in place of gmsh.
     """
     return [sys.executable, "-P", "-m", module, *words]
+
+
+def mpirun() -> str | None:
+    """mpirun of this Python's environment (the wheel brings one), else the system's."""
+    here = str(Path(sys.executable).parent)
+    return shutil.which("mpirun", path=here + os.pathsep + os.environ.get("PATH", ""))
 
 
 def environment_of_one() -> dict[str, str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -26,19 +26,6 @@ class ContactParameters(NamedTuple):
     D: Array
     H_V: Array
     dk_dp: Array
-
-
-class ContactLaw(Protocol):
-    """k, D and H_V as functions of pressure."""
-
-    def __call__(self, pressure: ArrayLike) -> ContactParameters:
-        """Parameters at `pressure` (Pa, any shape)."""
-
-    def contact_area(self, pressure: ArrayLike) -> tuple[Array, Array]:
-        """k alone at `pressure` (Pa, any shape), and its derivative by it, 1/Pa."""
-
-    def outside(self, pressure: ArrayLike) -> Mask:
-        """Mask of `pressure` (Pa) without data."""
 
 
 @dataclass(frozen=True)

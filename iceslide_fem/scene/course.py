@@ -56,7 +56,7 @@ class Course:
 
     def bend(self, time: float) -> float:
         """Jump of the rate of change at `time` (s), unit per s."""
-        if isinstance(self.curve, SmoothCurve):
+        if self.is_constant or isinstance(self.curve, SmoothCurve):
             return 0.0
         slopes = np.concatenate([[0.0], self.curve.pieces[2], [0.0]])
         here = np.abs(self.curve.arrays[0] - time) <= _SAME * self.duration

@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 from iceslide_fem.fenics.cache import cache_folder
 from iceslide_fem.runtime.errors import IceslideError
-from iceslide_fem.runtime.launch import available_cores
+from iceslide_fem.runtime.launch import available_cores, mpirun
 
 OLDEST_PYTHON = (3, 11)
 SECONDS = 120.0  # time limit of a process that checks one library
@@ -132,9 +132,7 @@ def _finite_elements(probe: Answer) -> list[Part]:
 
 
 def _mpirun() -> Part:
-    beside = shutil.which("mpirun", path=Path(sys.executable).parent)
-    path = beside or shutil.which("mpirun")
-    cores = available_cores()
+    path, cores = mpirun(), available_cores()
     found = f"{path}, {cores} core{'s' * (cores > 1)}" if path else f"not found, {cores} cores"
     cure = "install Open MPI's programs for runs on several processes (Debian: openmpi-bin)"
     return Part("mpirun", found, path is not None, False, cure)

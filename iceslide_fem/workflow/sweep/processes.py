@@ -6,8 +6,6 @@ queue.
 
 from __future__ import annotations
 
-import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -25,7 +23,7 @@ from iceslide_fem.runs.checkpoint import FILE as CHECKPOINT
 from iceslide_fem.runs.checkpoint import fingerprint_there, read_checkpoint
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.files import replace_file
-from iceslide_fem.runtime.launch import available_cores, environment_of_one, module_words
+from iceslide_fem.runtime.launch import available_cores, environment_of_one, module_words, mpirun
 from iceslide_fem.scene import Scene, load_scene
 from iceslide_fem.workflow.sweep.plan import Case
 from iceslide_fem.workflow.sweep.table import SENTENCE, CaseResult, read_outcome
@@ -175,7 +173,9 @@ def _run(
         words += ["--force", "--out", str(directory)]
     words.append("--no-report")  # thousands of pages would be gigabytes
     if n_cores > 1:
-        words = [_mpirun(), "-n", str(n_cores), *words]
+        if (start := mpirun()) is None:
+            raise SceneError("several cores per case need mpirun, which is not installed")
+        words = [start, "-n", str(n_cores), *words]
     with open(directory / "log.txt", "wb") as log:
         process = subprocess.Popen(
             words, env=environment_of_one(), stdin=subprocess.DEVNULL, stdout=log, stderr=log
@@ -188,15 +188,6 @@ def _run(
         if code != 0:  # last line: used only without an error message of the command
             end = signal.Signals(-code).name if code < 0 else f"exit code {code}"
             log.write(f"\n{SENTENCE}ended by {end}, see {log.name}\n".encode())
-
-
-def _mpirun() -> str:
-    """mpirun of this Python's environment (the wheel brings one), else the system's."""
-    here = str(Path(sys.executable).parent)
-    found = shutil.which("mpirun", path=here + os.pathsep + os.environ.get("PATH", ""))
-    if found is None:
-        raise SceneError("several cores per case need mpirun, which is not installed")
-    return found
 
 
 def compile_forms(scene: Scene) -> None:
