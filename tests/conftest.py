@@ -13,9 +13,10 @@ with suppress(ImportError):
 
 
 def pytest_ignore_collect(collection_path, config):
-    """In the quick lane, modules without a quick test are not even imported."""
-    if config.option.markexpr == "quick" and collection_path.name.startswith("test_"):
-        return "mark.quick" not in collection_path.read_text(encoding="utf-8") or None
+    """In the lane of one mark, modules without that mark are not even imported."""
+    lane = config.option.markexpr
+    if lane.isidentifier() and collection_path.name.startswith("test_"):
+        return f"mark.{lane}" not in collection_path.read_text(encoding="utf-8") or None
     return None
 
 
