@@ -251,7 +251,7 @@ def test_the_wheel_is_that_of_the_library():
 
 WHEELS = {
     "slick": {},
-    "blocks": {"tread": "blocks", "speed": "20 km/h", "gaussian.2": "25 mm"},
+    "blocks": {"shape": "gaussian", "tread": "blocks", "speed": "20 km/h", "gaussian.2": "25 mm"},
     "dry": {"dry_stress": "3.3 bar", "initial_height": "0 nm", "dry_softening": "8 K"},
 }
 
@@ -278,7 +278,7 @@ def test_lines_of_python_and_command_of_a_wheel(texts, tmp_path, monkeypatch):
 
 
 def test_every_slider_of_the_wheel_changes_it():
-    blocks = {"gaussian.2": "30 mm", "tread": "blocks"}
+    blocks = {"shape": "gaussian", "tread": "blocks"}
     dry = {"dry_stress": "2 bar", "temperature": "-1 degC"}
     for slider in wheel.TAB.sliders:
         texts = blocks | (dry if slider.key.startswith("dry") else {})
@@ -483,7 +483,12 @@ GAUSSIAN_FIELDS = ["gaussian.1", "gaussian.0", "gaussian.2"]
         ("line", {"ice_temperature": "-4 degC"}, [], "ice_temperature is not a known key"),
         ("wheel", {"speed": "50 km"}, ["speed"], "wrong unit"),
         ("wheel", {"tread": "blocks", "groove": "28 mm"}, ["pitch", "groove"], "leaves no block"),
-        ("wheel", {"gaussian.2": "0.1 mm"}, GAUSSIAN_FIELDS, "is out of range"),
+        (
+            "wheel",
+            {"shape": "gaussian", "gaussian.2": "0.1 mm"},
+            GAUSSIAN_FIELDS,
+            "is out of range",
+        ),
         ("wheel", {"tread": "round"}, ["tread"], "is not available; allowed"),
         ("wheel", {"initial_height": "0 nm"}, ["initial_height"], "is out of range"),
         ("scene", {"name": "a/b"}, ["name"], "is not a name"),

@@ -39,6 +39,14 @@ def surveyed(tmp_path_factory):
     return out
 
 
+@pytest.mark.parametrize("shape", [(1, 1), (9, 1), (1, 9)])
+def test_a_picture_of_a_line_of_pixels_is_a_footprint(shape, tmp_path):
+    picture = save(np.full(shape, 255, dtype=np.uint8), tmp_path / "line.png")
+    words = *OPTIONS, "--max-pressure", "40bar", "--dark-is", "low", "--out", tmp_path / "out"
+    assert iceslide("footprint", picture, *words) == 0
+    assert (tmp_path / "out" / "mu.png").is_file()
+
+
 def test_pictures_of_all_maps_are_written(surveyed):
     for name in MAPS:
         with Image.open(surveyed / f"{name}.png") as image:

@@ -65,7 +65,7 @@ class Tab(NamedTuple):
         for option in dict.fromkeys([*self.needed, *(key.partition(".")[0] for key in given)]):
             starts = self.starts.get(option, ())
             keys = [f"{option}.{i}" for i in range(len(starts))] if len(starts) > 1 else [option]
-            if left_out.isdisjoint(keys):
+            if keys[0] not in left_out:
                 values = zip(keys, [repr(start) for start in starts] or [""], strict=True)
                 found[option] = ",".join(given.get(key, start) for key, start in values)
         switches = choices.keys() & self.case.model_fields.keys()

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from iceslide_fem.app.form import Texts
+from iceslide_fem.app.form import Texts, chosen
 from iceslide_fem.app.tab import Tab, slider_of
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.reading import ReadFootprint, read_source
@@ -29,8 +29,9 @@ SLIPS = ",".join(f"{(i / 20) ** 2:.4g}" for i in range(21))
 EVEN = 5.0  # m, standard deviation of a Gaussian that is uniform over any patch
 STIFFNESS = COMPOUNDS["B"].shear_modulus / 8e-3  # Pa/m, G / H of a slick tread of 8 mm
 OF_BLOCKS = ("pitch", "groove")
+SHAPES = ("even", "gaussian")  # of the pressure along the patch
 STARTS: dict[str, Sequence[float]] = {
-    "gaussian": (0.12, 2.0 * BAR, EVEN),
+    "gaussian": (0.12, 2.0 * BAR, 0.03),
     "stiffness": (STIFFNESS,),
     "pitch": (0.028,),
     "groove": (0.008,),
@@ -48,7 +49,7 @@ TAB = Tab(
         _slider("temperature", "T₀, ice temperature", "degC", 1.0, -30.0, -0.1, False, T_0),
         _slider("gaussian.1", "largest pressure", "bar", BAR, 0.2, 20.0),
         _slider("gaussian.0", "length of the patch", "mm", 1e-3, 20.0, 300.0, False),
-        _slider("gaussian.2", "its standard deviation, 5 m: even", "mm", 1e-3, 10.0, 1e3 * EVEN),
+        _slider("gaussian.2", "standard deviation of the Gaussian", "mm", 1e-3, 10.0, 200.0),
         _slider("stiffness", "shear stiffness of the tread", "MPa/m", 1e6, 1.0, 1000.0),
         _slider("pitch", "pitch of the blocks", "mm", 1e-3, 10.0, 100.0, False),
         _slider("groove", "groove between two", "mm", 1e-3, 1.0, 20.0, False),
@@ -58,8 +59,14 @@ TAB = Tab(
         _slider("dry_residual", "dry contact: 0 above melting by", "K", 1.0, 0.0, 10.0, False),
     ),
     texts=(),
-    choices=(("tread", "tread", ("slick", "blocks")),),
-    only=dict.fromkeys(OF_BLOCKS, ("tread", ("blocks",))),
+    choices=(
+        ("shape", "pressure along the patch", SHAPES),
+        ("tread", "tread", ("slick", "blocks")),
+    ),
+    only={
+        "gaussian.2": ("shape", ("gaussian",)),
+        **dict.fromkeys(OF_BLOCKS, ("tread", ("blocks",))),
+    },
 )
 
 
@@ -98,7 +105,8 @@ def curves(texts: Texts) -> dict[str, Any]:
 
 def options(texts: Texts) -> dict[str, Any]:
     """Options of the command for the texts of the fields, with a given stiffness."""
-    return {"stiffness": f"{STIFFNESS!r} Pa/m"} | TAB.options(texts) | {"slip": SLIPS}
+    shape = {"gaussian.2": repr(EVEN)} if chosen(texts, "shape", SHAPES) == "even" else {}
+    return {"stiffness": f"{STIFFNESS!r} Pa/m"} | TAB.options({**texts, **shape}) | {"slip": SLIPS}
 
 
 def computed(case: WheelCase, cells: int = CELLS) -> tuple[ReadFootprint, Curve]:

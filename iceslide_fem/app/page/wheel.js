@@ -4,7 +4,7 @@ import { makeCaseTab } from "./case_tab.js";
 import { colours, curve, dots, draw } from "./charts.js";
 import { fixed, notes, numbers } from "./controls.js";
 
-const WORDS = { slick: "slick", blocks: "blocks and grooves" };
+const WORDS = { even: "even", gaussian: "a Gaussian", slick: "slick", blocks: "blocks and grooves" };
 
 export function makeWheel({ start, changed }) {
   return makeCaseTab({ name: "wheel", spec: start.wheel, words: WORDS, draw: drawWheel, changed });

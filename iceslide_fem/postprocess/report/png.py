@@ -103,7 +103,7 @@ def _map(panel: Axes, part: HeatMap) -> None:
     bar = panel.figure.colorbar(drawn, ax=panel, label=part.unit, extend=beyond, shrink=0.9)
     if part.classes:
         bar.set_ticks(range(1, 1 + len(part.classes)), labels=list(part.classes))
-    if part.marked is not None:
+    if part.marked is not None and min(values.shape) > 1:
         every = tuple(slice(None, None, -(-count // HATCHED)) for count in values.shape)
         places = np.asarray(part.marked, dtype=float)[every]
         panel.contourf(
