@@ -232,9 +232,9 @@ def test_pixels_of_a_file_have_a_size(pixel, heights, tmp_path):
     [
         ("none.npy", None, [], "none.npy is not a file"),
         ("n" * 300 + ".npy", None, ["--out", "out"], ".npy is not a file"),
-        ("a.npy", b"not an array", [], "is not an array that NumPy has saved"),
-        ("a.npy", np.zeros(5), [], "is not a matrix of real numbers"),
-        ("a.npy", np.zeros((5, 5), complex), [], "is not a matrix of real numbers"),
+        ("a.npy", b"not an array", [], "is no matrix of numbers that NumPy has saved"),
+        ("a.npy", np.zeros(5), [], "is no matrix of numbers that NumPy"),
+        ("a.npy", np.zeros((5, 5), complex), [], "is no matrix of numbers that NumPy"),
         ("a.npy", np.eye(20), [], "has no pixel size: give it, as in --pixel 17.5um"),
         ("a.npy", np.eye(8), ["--pixel", "1um"], "8 x 8 pixels; allowed: 16 or more"),
         ("a.npy", np.ones((20, 20)), ["--pixel", "1um"], "the map is flat"),
@@ -249,7 +249,12 @@ def test_pixels_of_a_file_have_a_size(pixel, heights, tmp_path):
         ("a.txt", b"\x00\x01\x02\x03", ["--pixel", "1um"], "it is not a text file"),
         ("a.csv", b"1,a,2\n3,4,5\n", ["--pixel", "1um"], '"a" is not a number'),
         ("a.csv", b"x,y\nTrue,True\n", ["--pixel", "1um"], "has no numbers in it"),
-        ("a.npy", b"PK\x03\x04, as archives begin", [], "is not an array that NumPy has saved"),
+        (
+            "a.npy",
+            b"PK\x03\x04, as archives begin",
+            [],
+            "is no matrix of numbers that NumPy has saved",
+        ),
         ("a.xyz", b"0 0 1\n1 0 1\n2.5 0 1\n3 7 1\n", [], "do not lie on a regular grid"),
         (
             "a.xyz",

@@ -17,7 +17,7 @@ from iceslide_fem.preprocess.roughness import command as surfaces
 from iceslide_fem.preprocess.roughness.survey import columns
 from iceslide_fem.preprocess.wheel import command as wheels
 from iceslide_fem.preprocess.wheel.output import columns as slip_columns
-from iceslide_fem.preprocess.work import results_folder, run
+from iceslide_fem.preprocess.work import Done, Preprocessor, run
 from iceslide_fem.runtime.columns import attributes_of
 from iceslide_fem.scene import flat
 from iceslide_fem.scene.fingerprint import versions_in_words
@@ -50,12 +50,8 @@ def footprint(
     found["film_height_m"].plot()
     ```
     """
-    values = _as_options({"image": image, **options})
-    folder = Path(out) if out is not None else results_folder(values)
-    survey, figures, _ = run(footprints.FOOTPRINT, values, folder, force)
-    return xr.Dataset(
-        _maps(survey), attrs=_attributes("footprint", figures["source"], folder, figures)
-    )
+    done = _done(footprints.FOOTPRINT, {"image": image, **options}, out, force)
+    return xr.Dataset(_maps(done.found), attrs=_attributes("footprint", done))
 
 
 def _maps(survey: Survey) -> Variables:
@@ -88,13 +84,11 @@ def roughness(
     found["k"].plot(xscale="log")
     ```
     """
-    values = _as_options({"surface": surface, **options})
-    folder = Path(out) if out is not None else results_folder(values)
-    found, figures, _ = run(surfaces.ROUGHNESS, values, folder, force)
-    attributes = _attributes("roughness", surface, folder, figures)
-    parts = [xr.Dataset(variables(columns(each), "pressure_Pa")) for each in found]
+    done = _done(surfaces.ROUGHNESS, {"surface": surface, **options}, out, force)
+    attributes = _attributes("roughness", done)
+    parts = [xr.Dataset(variables(columns(each), "pressure_Pa")) for each in done.found]
     if len(parts) > 1:
-        ages = [each.age for each in found]
+        ages = [each.age for each in done.found]
         parts = [part.drop_vars("age_s") for part in parts]
         over = xr.Variable("age_s", ages, {"long_name": "age", "units": "s"})
         return xr.concat(parts, over).assign_attrs(attributes)
@@ -130,27 +124,26 @@ def wheel(
     found["mu"].plot(hue="speed_m_s")
     ```
     """
-    values = _as_options({"image": image, **options})
-    if vary:
-        values["vary"] = [f"{key}={_as_text(several)}" for key, several in vary.items()]
-    folder = Path(out) if out is not None else results_folder(values, "_wheel")
-    found, figures, _ = run(wheels.WHEEL, values, folder, force)
-    slipping = slip_columns(found.curves, found.read.pressure_map.load)
+    done = _done(wheels.WHEEL, {"image": image, "vary": vary, **options}, out, force)
+    slipping = slip_columns(done.found.curves, done.found.read.pressure_map.load)
     table = pd.DataFrame(slipping).set_index(["speed_m_s", "temperature_C", "slip"])
     result = xr.Dataset.from_dataframe(table)
     for name, variable in result.variables.items():
         variable.attrs = attributes_of(str(name))
-    if stops := figures["stops"]:
+    if stops := done.figures["stops"]:
         controls = {"control": list(stops)}
         of_stops = pd.DataFrame(list(stops.values()))
         stopped = variables({f"stop_{name}": of_stops[name] for name in of_stops}, "control")
         result = result.assign_coords(controls).assign(stopped)
-    return result.assign_attrs(_attributes("wheel", figures["source"], folder, figures))
+    return result.assign_attrs(_attributes("wheel", done))
 
 
-def _as_options(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Options as a command takes them: lists as texts with commas, None left out."""
-    return {name: _as_text(value) for name, value in given.items() if value is not None}
+def _done(
+    kind: Preprocessor, options: Mapping[str, Any], out: Path | str | None, force: bool
+) -> Done:
+    """What the `options` of a command give: lists are texts with commas there."""
+    values = {name: _as_text(value) for name, value in options.items()}
+    return run(kind, values, None if out is None else Path(out), force)
 
 
 def _as_text(value: Any) -> Any:
@@ -159,15 +152,13 @@ def _as_text(value: Any) -> Any:
     return str(value) if isinstance(value, Path) else value
 
 
-def _attributes(
-    kind: str, source: Path | str, folder: Path, figures: Mapping[str, Any]
-) -> dict[str, Any]:
+def _attributes(kind: str, done: Done) -> dict[str, Any]:
     """Attributes of a dataset of the `kind`: figures that are numbers or texts, and versions."""
-    own = {key: value for key, value in figures.items() if key not in ("case", "versions", "shown")}
+    figures, left_out = done.figures, ("case", "versions", "shown")
     return {
         "iceslide_fem": kind,
-        "name": Path(source).stem,
-        "folder": str(folder),
+        "name": done.case.source.stem,
+        "folder": str(done.folder),
         "versions": versions_in_words(figures["versions"]),
-        **plain_attributes(flat(own)),
+        **plain_attributes(flat({key: v for key, v in figures.items() if key not in left_out})),
     }

@@ -15,14 +15,10 @@ from iceslide_fem.runtime.terminal import show_figures, show_notes
 
 
 class Entry(NamedTuple):
-    """A command without its options, which are loaded only where they are asked for.
-
-    ending: of the default folder, after results/ and the name of the source.
-    """
+    """A command without its options, which are loaded only where they are asked for."""
 
     module: str
     help: str
-    ending: str = ""
 
 
 COMMANDS = {
@@ -33,7 +29,6 @@ COMMANDS = {
     "wheel": Entry(
         "iceslide_fem.preprocess.wheel.command",
         "Friction over slip of a wheel that rolls and slips on ice, from its footprint or a line.",
-        "_wheel",
     ),
     "roughness": Entry(
         "iceslide_fem.preprocess.roughness.command",
@@ -66,9 +61,8 @@ def whole(name: str) -> Callable[..., None]:
     def work(values: dict[str, Any], out: Path | None, force: bool, no_report: bool) -> None:
         with imports_that_stay():
             from iceslide_fem.postprocess.report.page import write_page
-            from iceslide_fem.preprocess.work import page_of, results_folder, run
-        folder = out or results_folder(values, entry.ending)
-        done = run(kind, values, folder, force)
+            from iceslide_fem.preprocess.work import page_of, run
+        done = run(kind, values, out, force)
         words = kind.words(done.figures)
         show_figures(words.lines)
         for table in words.tables:
@@ -77,15 +71,12 @@ def whole(name: str) -> Callable[..., None]:
         for remark in words.remarks:
             typer.echo(remark)
         if not no_report:
-            leave_page(
-                lambda: write_page(
-                    folder / "report.html", page_of(words, done.charts, done.figures)
-                )
-            )
-        for path in sorted(path for path in folder.iterdir() if path.is_file()):
+            page = page_of(words, done.charts, done.figures)
+            leave_page(lambda: write_page(done.folder / "report.html", page))
+        for path in sorted(path for path in done.folder.iterdir() if path.is_file()):
             typer.echo(str(path))
 
-    return command(kind.case, work, entry.help, f"results/<name of the source>{entry.ending}")
+    return command(kind.case, work, entry.help, kind.folder.format("<name of the source>"))
 
 
 def _show_table(table: Any) -> None:

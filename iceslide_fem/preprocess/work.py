@@ -49,9 +49,10 @@ class Words(NamedTuple):
 class Preprocessor(NamedTuple):
     """A preprocessor.
 
-    name: of its command; case: its options; compute: the results of a case; figures: of case and
-    results, for the file `summary`; write: tables of case and results, into a folder; charts: of
-    case and results; words: of the figures.
+    name: of its command; case: its options, with the `source` that results are named after;
+    compute: the results of a case; figures: of case and results, for the file `summary`; write:
+    tables of case and results, into a folder; charts: of case and results; words: of the figures;
+    ending: of the default folder's name.
     """
 
     name: str
@@ -62,18 +63,28 @@ class Preprocessor(NamedTuple):
     charts: Callable[[Any, Any], Charts]
     words: Callable[[Mapping[str, Any]], Words]
     summary: str = "summary.json"
+    ending: str = ""
+
+    @property
+    def folder(self) -> str:
+        """The default folder, with {} for the name of the source."""
+        return f"results/{{}}{self.ending}"
 
 
 class Done(NamedTuple):
-    """What a preprocessor has computed and written: results, summary, charts."""
+    """What a preprocessor has computed and written: case, results, summary, charts, and where."""
 
+    case: Any
     found: Any
     figures: dict[str, Any]
     charts: Charts
+    folder: Path
 
 
-def run(kind: Preprocessor, values: Mapping[str, Any], out: Path, force: bool = False) -> Done:
-    """Compute what `values` describe (see `kind.case`) and write to `out`.
+def run(
+    kind: Preprocessor, values: Mapping[str, Any], out: Path | None = None, force: bool = False
+) -> Done:
+    """Compute what `values` describe (see `kind.case`) and write to `out`, or `kind.folder`.
 
     Writes the tables, a picture for each entry of the charts, and the summary. Earlier results of
     the same input are replaced, with `force` any results. Raises SceneError, before anything is
@@ -81,7 +92,8 @@ def run(kind: Preprocessor, values: Mapping[str, Any], out: Path, force: bool = 
     law fails, and OutputError if a file cannot be written.
     """
     begun = time.perf_counter()
-    case = kind.case.of(values)
+    case: Any = kind.case.of(values)
+    out = out or Path(kind.folder.format(case.source.stem))
     here = case.model_dump(mode="json")
     with claimed(out, partial(other_case, kind.summary, here), force, case.files):
         found = kind.compute(case)
@@ -94,15 +106,7 @@ def run(kind: Preprocessor, values: Mapping[str, Any], out: Path, force: bool = 
                 save_png(parts, out / f"{name}.png")
         figures |= {"wall_s": time.perf_counter() - begun, "versions": versions()}
         replace_file(out / kind.summary, json.dumps(figures, indent=2) + "\n")
-        return Done(found, figures, charts)
-
-
-def results_folder(values: Mapping[str, Any], ending: str = "") -> Path:
-    """Default output folder: results/ and the name of the source in `values`, with an ending."""
-    names = "image", "pressure_map", "line", "surface", "source"
-    named = (values[name] for name in names if values.get(name))
-    source = next(named, "gaussian" if values.get("gaussian") else "footprint")
-    return Path("results") / f"{Path(source).stem}{ending}"
+        return Done(case, found, figures, charts, out)
 
 
 def page_of(words: Words, charts: Charts, figures: Mapping[str, Any]) -> Page:

@@ -56,11 +56,6 @@ def compute(case: FootprintCase) -> Survey:
         )
 
 
-def figures_of(case: FootprintCase, found: Survey) -> dict[str, Any]:
-    """All figures of a survey."""
-    return summary(found)
-
-
 def write(case: FootprintCase, found: Survey, out: Path) -> None:
     """Write footprint.vti and comparison.csv, of a line line.csv. Raises OSError, OutputError."""
     if case.one_line:
@@ -214,4 +209,6 @@ def _both_edges(figures: Mapping[str, Any]) -> str:
     return f"{leading:.2f}, {trailing:.2f} degC"
 
 
-FOOTPRINT = Preprocessor("footprint", FootprintCase, compute, figures_of, write, charts, words)
+FOOTPRINT = Preprocessor(
+    "footprint", FootprintCase, compute, lambda _, found: summary(found), write, charts, words
+)

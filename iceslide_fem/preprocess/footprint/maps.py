@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from pathlib import Path
 from typing import NamedTuple
-from zipfile import BadZipFile
 
 import numpy as np
 
@@ -16,7 +15,7 @@ from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.files import check_regular
 from iceslide_fem.runtime.tables.columns import to_si_units, units_named
-from iceslide_fem.runtime.tables.grid import LARGEST_MAP, grid, read_text
+from iceslide_fem.runtime.tables.grid import LARGEST_MAP, grid, read_matrix, read_text
 from iceslide_fem.runtime.tables.layout import parse
 from iceslide_fem.runtime.units import ZERO_CELSIUS, to_si
 from iceslide_fem.scene.materials import BAR
@@ -152,7 +151,7 @@ def _read_map(
     check_regular(path, f"the map of {option}")
     saturation = None
     if path.suffix.lower() == ".npy":
-        read = _Read(_numpy(path, said), [])
+        read = _Read(read_matrix(path, said), [])
     else:
         text = read_text(path, f"the map of {option}", LARGEST_MAP)
         if si == "Pa" and is_sensor_text(text):
@@ -196,13 +195,3 @@ def _read_text(text: str, said: str, option: str, si: str) -> _Read:
     values, left_out = grid(table)
     named = units_named([*table.above, *table.heading], si) if si else []
     return _Read(values, named, None, tuple(f"{option}: {note}" for note in left_out))
-
-
-def _numpy(path: Path, said: str) -> Array:
-    try:
-        values = np.load(path, allow_pickle=False)
-        if not isinstance(values, np.ndarray) or values.ndim != 2:
-            raise ValueError
-        return np.asarray(values, dtype=float)
-    except (EOFError, OSError, TypeError, ValueError, BadZipFile):
-        raise SceneError(f"{said} is no matrix of numbers that NumPy has saved") from None

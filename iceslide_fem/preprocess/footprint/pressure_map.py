@@ -96,6 +96,19 @@ class PressureMap:
         }
 
 
+def touching(pressure: Array, threshold: float) -> Array:
+    """Pressures with 0 up to the `threshold` of contact, Pa, any shape.
+
+    Raises SceneError if no pixel is in contact.
+    """
+    kept = np.where(pressure > threshold, pressure, 0.0)
+    if not kept.any():
+        raise SceneError(
+            f"no pixel is in contact: no pressure is above the threshold of {threshold:.4g} Pa"
+        )
+    return kept
+
+
 def pressure_from_values(
     value: Array, low: float, high: float, threshold: float, size: tuple[float, float]
 ) -> PressureMap:
@@ -105,12 +118,7 @@ def pressure_from_values(
     x and width along y, m. The thesis prints P = G / Pmax for (4.4), which does not fulfil its own
     (4.2) and (4.3). Raises SceneError if no pixel is in contact.
     """
-    pressure = low + value[::-1] * (high - low)
-    pressure = np.where(pressure > threshold, pressure, 0.0)
-    if not pressure.any():
-        raise SceneError(
-            f"no pixel is in contact: no pressure is above the threshold of {threshold:.4g} Pa"
-        )
+    pressure = touching(low + value[::-1] * (high - low), threshold)
     rows, columns = value.shape
     return PressureMap(pressure, size[0] / columns, size[1] / rows)
 

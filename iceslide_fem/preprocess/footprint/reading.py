@@ -33,6 +33,7 @@ from iceslide_fem.preprocess.footprint.pressure_map import (
     as_map,
     gaussian_profile,
     pressure_from_values,
+    touching,
 )
 from iceslide_fem.preprocess.footprint.profile import read_profile
 from iceslide_fem.preprocess.footprint.sensor_text import saturation
@@ -87,7 +88,7 @@ def _whole(case: SourceOptions) -> ReadFootprint:
     if case.gaussian is not None:
         length, peak, sigma = case.gaussian
         x, pressure = gaussian_profile(length, peak, sigma=sigma)
-        read = ReadFootprint(as_map(_touching(pressure, case), float(x[1] - x[0])))
+        read = ReadFootprint(as_map(touching(pressure, case.lowest_pressure), float(x[1] - x[0])))
     elif case.line is not None:
         read = _read_line(case.line, case)
     else:
@@ -160,7 +161,7 @@ def _read_map(case: SourceOptions) -> ReadFootprint:
     length, width = size.values()
     if length is None or width is None:
         raise SceneError(missing([f"--{name}" for name in size if size[name] is None]))
-    pressure = _touching(given.values[::-1], case)
+    pressure = touching(given.values[::-1], case.lowest_pressure)
     rows, columns = pressure.shape
     footprint = PressureMap(pressure, length / columns, width / rows)
     source, loaded = f"--pressure-map {case.pressure_map}", case.load is not None
@@ -168,21 +169,10 @@ def _read_map(case: SourceOptions) -> ReadFootprint:
     return ReadFootprint(footprint, notes=given.notes + notes)
 
 
-def _touching(pressure: Array, case: SourceOptions) -> Array:
-    """Pressures (Pa) given as numbers, set to 0 up to the threshold of contact."""
-    touching = np.where(pressure > case.lowest_pressure, pressure, 0.0)
-    if not touching.any():
-        raise SceneError(
-            f"no pixel is in contact: no pressure is above the threshold of "
-            f"{case.lowest_pressure:.4g} Pa"
-        )
-    return touching
-
-
 def _read_line(path: Path, case: SourceOptions) -> ReadFootprint:
     """A profile as a map of one row, 1 m wide."""
     profile = read_profile(path, case.pressure_unit)
-    line = as_map(_touching(profile.pressure, case), profile.dx)
+    line = as_map(touching(profile.pressure, case.lowest_pressure), profile.dx)
     read = ReadFootprint(line, left=profile.first - 0.5 * profile.dx)
     if profile.temperature is not None:
         read = read._replace(temperature=profile.temperature[None])
@@ -232,10 +222,10 @@ def _one_row(read: ReadFootprint, row: int) -> ReadFootprint:
     if row >= rows:
         raise SceneError(f"--row {row} is not in the footprint, which has rows 0 to {rows - 1}")
     if not footprint.contact[rows - 1 - row].any():
-        touching = rows - 1 - np.flatnonzero(footprint.contact.any(axis=1))
+        near = rows - 1 - np.flatnonzero(footprint.contact.any(axis=1))
         raise SceneError(
             f"--row {row} touches nowhere; the nearest that does is "
-            f"{touching[np.abs(touching - row).argmin()]}"
+            f"{near[np.abs(near - row).argmin()]}"
         )
     here = slice(rows - 1 - row, rows - row)
     maps = {

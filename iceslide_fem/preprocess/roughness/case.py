@@ -140,6 +140,11 @@ class RoughnessCase(CommandOptions):
         return self
 
     @property
+    def source(self) -> Path:
+        """The file of the surface."""
+        return self.surface
+
+    @property
     def rising_ages(self) -> tuple[float, ...]:
         """The ages, sorted, without duplicates."""
         return tuple(sorted(set(self.ages)))

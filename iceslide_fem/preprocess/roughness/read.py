@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +13,7 @@ from iceslide_fem.preprocess.roughness.surface import Surface
 from iceslide_fem.preprocess.roughness.text_map import read_text_map
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.files import is_regular
+from iceslide_fem.runtime.tables.grid import read_matrix
 
 SMALLEST, LARGEST = 1e-9, 1e-2  # sides of a pixel, m
 IN_UNITS = {".npy", ".csv", ".txt", ".xyz", ".asc", ".x3p"}  # read here, with --height-unit
@@ -66,22 +66,12 @@ def read_surface(path: Path, pixel: float | None, height_unit: float | None) -> 
 
 def _read(path: Path, suffix: str, unit: float | None) -> HeightMap:
     if suffix == ".npy":
-        return _numpy(path, unit)
+        return HeightMap(read_matrix(path, str(path)) * (unit or 1.0), None)
     if suffix == ".x3p":
         return read_x3p(path, unit)
     if suffix in IN_UNITS:
         return read_text_map(path, unit)
     return _by_surfalize(path, suffix)
-
-
-def _numpy(path: Path, unit: float | None) -> HeightMap:
-    try:
-        array = np.load(path, allow_pickle=False)
-    except (ValueError, EOFError, zipfile.BadZipFile):
-        raise SceneError(f"{path} is not an array that NumPy has saved") from None
-    if not isinstance(array, np.ndarray) or array.ndim != 2 or array.dtype.kind not in "fiu":
-        raise SceneError(f"{path} is not a matrix of real numbers")
-    return HeightMap(array.astype(float) * (1.0 if unit is None else unit), None)
 
 
 def _by_surfalize(path: Path, suffix: str) -> HeightMap:

@@ -18,7 +18,6 @@ LARGEST_STRAIN = 0.5
 APART = 20.0  # ratio of largest to smallest stress above which the axis is logarithmic
 AROUND = 60.0  # K, shown range around the reference of a scene's rubber
 LONGEST_SHIFT = 30.0  # decades
-NO_SHIFT = "Times do not shift with the temperature."
 
 
 def charts(case: RubberCase, found: Compound) -> Mapping[str, Sequence[Chart]]:

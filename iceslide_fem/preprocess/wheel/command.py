@@ -164,4 +164,4 @@ def member_cells(member: Mapping[str, Any]) -> list[str]:
     return [f"{3.6 * member['speed_m_s']:.4g}", f"{member['temperature_C']:.4g}", *texts]
 
 
-WHEEL = Preprocessor("wheel", WheelCase, compute, figures_of, write, charts, words)
+WHEEL = Preprocessor("wheel", WheelCase, compute, figures_of, write, charts, words, ending="_wheel")

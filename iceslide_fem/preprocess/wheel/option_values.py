@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
@@ -72,22 +73,21 @@ def _stiffness(value: Any) -> Any:
 
 
 def _varied(value: Any) -> Any:
-    """Values by key from texts such as "speed=20km/h,50km/h"."""
-    if isinstance(value, dict):
-        return value
+    """Values by key from texts such as "speed=20km/h,50km/h", or from texts or lists by key."""
+    texts = (str(text).partition("=")[::2] for text in value)
     found: dict[str, tuple[float, ...]] = {}
-    for text in value:
-        key, equals, values = (part.strip() for part in str(text).partition("="))
-        if key not in VARIED or not equals:
+    for name, values in value.items() if isinstance(value, Mapping) else texts:
+        key, text = name.strip(), values if isinstance(values, str) else ",".join(map(str, values))
+        if key not in VARIED or not text:
             raise ValueError(
-                f'--vary "{text}" is not of the form speed=20km/h,50km/h; allowed keys: '
+                f'--vary "{name}={text}" is not of the form speed=20km/h,50km/h; allowed keys: '
                 f"{' and '.join(VARIED)}"
             )
         if key in found:
             raise ValueError(f"--vary {key} is given twice; give all of its values at once")
-        found[key] = Several(f"--vary {key}", *VARIED[key])(values)
+        found[key] = Several(f"--vary {key}", *VARIED[key])(text.strip())
         if len(set(found[key])) < len(found[key]):
-            raise ValueError(f'--vary "{text}" has a value twice')
+            raise ValueError(f'--vary "{name}={text}" has a value twice')
     return found
 
 

@@ -6,6 +6,7 @@ import codecs
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -72,6 +73,26 @@ def decoded(data: bytes) -> str:
     except UnicodeDecodeError:
         whole = data.translate(None, b"\x81\x8d\x8f\x90\x9d") == data  # what Windows-1252 has
         return data.decode("cp1252", errors="strict" if whole else "replace")
+
+
+def read_matrix(path: Path, said: str) -> Array:
+    """The matrix of real numbers in the .npy file at `path`; said: its name in messages.
+
+    Raises SceneError.
+    """
+    try:
+        values = np.load(path, allow_pickle=False)
+        if (
+            not isinstance(values, np.ndarray)
+            or values.ndim != 2
+            or values.dtype.kind not in "bfiu"
+        ):
+            raise ValueError
+        return np.asarray(values, dtype=float)
+    except OSError as error:
+        raise SceneError(f"cannot read {said}: {error.strerror or error}") from None
+    except (EOFError, TypeError, ValueError, BadZipFile):
+        raise SceneError(f"{said} is no matrix of numbers that NumPy has saved") from None
 
 
 EVEN = 1e-3  # tolerance of an even grid, over the spacing
