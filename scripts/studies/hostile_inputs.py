@@ -592,7 +592,7 @@ def traps() -> Iterator[Input]:
     table = "pressure_Pa,k,D_m,H_V_m\n1e5,0.2,2e-5,3e-6\n5e5,0.4,4e-5,1e-6\n"
     for content, ends in (
         (table, "any"), (table.replace("\n", "\r\n"), "any"), ("\ufeff" + table, "any"),
-        (table.encode("utf-16"), "refused"), (table.replace(",", ";"), "any"),
+        (table.encode("utf-16"), "any"), (table.replace(",", ";"), "any"),
         (table.replace("2e-5", "20"), "refused"), (table.replace("1e5", "5e5"), "refused"),
         (table.replace("0.4", "4.0"), "refused"), (table.replace("0.4", "0.1"), "refused"),
         (table.replace("3e-6", "nan"), "refused"), (table + "1e5,0.2,2e-5,3e-6\n", "refused"),
