@@ -17,7 +17,7 @@ from iceslide_fem.relaxation.prony_fit import MOST_ARMS, fit
 from iceslide_fem.relaxation.shift import AnyShift, NoShift, Shift, ShiftTable
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.runtime.units import ZERO_CELSIUS
+from iceslide_fem.runtime.units import celsius
 
 ROOM = 293.15  # K; the nearest isotherm is the default reference
 WORST = 0.5  # largest accepted root mean square error of ln E' or ln tan delta
@@ -105,9 +105,9 @@ def characterised(
     reference = near if reference is None else reference
     if arrhenius_below is not None and reference < arrhenius_below:
         raise SceneError(
-            f"{said}: the reference, {reference - ZERO_CELSIUS:.4g} degC, is colder than the "
-            f"{arrhenius_below - ZERO_CELSIUS:.4g} degC below which times follow an activation "
-            "energy; allowed: a warmer reference"
+            f"{said}: the reference, {celsius(reference)}, is colder than the "
+            f"{celsius(arrhenius_below)} below which times follow an activation energy; allowed: a "
+            "warmer reference"
         )
     logs = shifts(dma, said)
     found: Shift | ShiftTable
@@ -145,13 +145,12 @@ def _check_constants(shift: Shift | ShiftTable, isotherms: Array, said: str) -> 
         return
     if not np.isfinite(shift(isotherms)).all():
         raise SceneError(
-            f"{said}: the WLF shift has no value at {isotherms[0] - ZERO_CELSIUS:.4g} degC, its "
-            "coldest isotherm, as cold as reference - C2 = "
-            f"{shift.reference - shift.C2 - ZERO_CELSIUS:.4g} degC or colder"
+            f"{said}: the WLF shift has no value at {celsius(isotherms[0])}, its coldest isotherm, "
+            f"as cold as reference - C2 = {celsius(shift.reference - shift.C2)} or colder"
         )
     if not (0.0 < shift.C1 <= LARGEST_C1 and SMALLEST_C2 <= shift.C2 <= LARGEST_C2):
         raise SceneError(
-            f"{said}: the WLF shift at {shift.reference - ZERO_CELSIUS:.4g} degC would have C1 = "
+            f"{said}: the WLF shift at {celsius(shift.reference)} would have C1 = "
             f"{shift.C1:.4g} and C2 = {shift.C2:.4g} K; allowed: C1 up to {LARGEST_C1:g}, C2 of "
             f"{SMALLEST_C2:g} to {LARGEST_C2:g} K (another reference)"
         )

@@ -8,7 +8,7 @@ import numpy as np
 
 from iceslide_fem.relaxation.doubts import FURTHEST_UNDETERMINED, outside
 from iceslide_fem.relaxation.shift import Shift
-from iceslide_fem.runtime.units import ZERO_CELSIUS, readable
+from iceslide_fem.runtime.units import celsius, readable
 from iceslide_fem.scene.film import Film, Friction
 from iceslide_fem.scene.ground import check_ground
 from iceslide_fem.scene.ice import Ice, Water
@@ -128,11 +128,10 @@ def _rubber_relaxes_here(scene: Tables) -> None:
     relaxation, temperature = scene.rubber.relaxation, scene.ice.temperature
     shift = None if relaxation is None else relaxation.shift
     if isinstance(shift, Shift) and not np.isfinite(shift(temperature)):
-        coldest = shift.reference - shift.C2 - ZERO_CELSIUS
         given = "dma" if scene.rubber.wlf is None else "wlf"
         raise ValueError(
-            f"rubber.{given} has no shift at {temperature - ZERO_CELSIUS:.4g} degC, as cold as "
-            f"reference - C2 = {coldest:.4g} degC or colder; allowed: warmer ice, or "
+            f"rubber.{given} has no shift at {celsius(temperature)}, as cold as reference - C2 = "
+            f"{celsius(shift.reference - shift.C2)} or colder; allowed: warmer ice, or "
             "arrhenius_below and activation_energy"
         )
     measured = scene.rubber.measured
@@ -140,10 +139,10 @@ def _rubber_relaxes_here(scene: Tables) -> None:
         beyond = outside(measured.relaxation, temperature)
         if beyond > FURTHEST_UNDETERMINED:
             raise ValueError(
-                f"rubber.dma says nothing about {temperature - ZERO_CELSIUS:.4g} degC: its "
-                f"isotherms do not determine C1 and C2, and that is {beyond:.0f} K outside of "
-                f"them; allowed: up to {FURTHEST_UNDETERMINED:g} K, isotherms that reach further, "
-                "or rubber.wlf or rubber.shift_factors"
+                f"rubber.dma says nothing about {celsius(temperature)}: its isotherms do not "
+                f"determine C1 and C2, and that is {beyond:.0f} K outside of them; allowed: up to "
+                f"{FURTHEST_UNDETERMINED:g} K, isotherms that reach further, or rubber.wlf or "
+                "rubber.shift_factors"
             )
 
 

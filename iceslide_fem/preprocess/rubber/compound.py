@@ -15,7 +15,7 @@ from iceslide_fem.relaxation.prony_fit import MOST_ARMS
 from iceslide_fem.relaxation.shift import NoShift
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.runtime.units import ZERO_CELSIUS
+from iceslide_fem.runtime.units import celsius
 from iceslide_fem.scene import load_scene
 from iceslide_fem.scene.materials import MooneyRivlin
 
@@ -74,7 +74,7 @@ def compound(case: RubberCase) -> Compound:
     coldest = [T for T in case.temperatures or () if not np.isfinite(found.relaxation.shift(T))]
     if coldest:
         raise SceneError(
-            f"--temperatures: the WLF shift has no value at {coldest[0] - ZERO_CELSIUS:.4g} degC; "
+            f"--temperatures: the WLF shift has no value at {celsius(coldest[0])}; "
             "allowed: warmer ones"
         )
     return found
@@ -96,7 +96,7 @@ def _of_table(case: RubberCase) -> Compound:
         for option in ("reference", "shift", "arrhenius_below"):
             if getattr(case, option) is not None:
                 raise SceneError(
-                    f"{said} has one temperature, {isotherms[0] - ZERO_CELSIUS:.4g} degC, so that "
+                    f"{said} has one temperature, {celsius(isotherms[0])}, so that "
                     f"--{option.replace('_', '-')} has no meaning; leave it out, or give --wlf"
                 )
     measured = characterised(
