@@ -141,7 +141,7 @@ def test_a_scene_says_what_rubs(tmp_path, capsys):
         (["--stiffness", "5e6"], 'neither "auto" nor a number with its unit'),
         (["--stiffness", "5e6N/m^2"], "one line has no width"),
         (["--pitch", "28mm", "--groove", "28mm"], "leaves no block"),
-        (["--pitch", "28mm"], "--groove is missing"),
+        (["--pitch", "28mm"], "--pitch is of a pattern; give --groove, too"),
         (["--slip-angle", "50deg"], "--slip-angle"),
         (["--vary", "load=3kN,4kN"], "allowed keys: speed and temperature"),
         (["--vary", "speed=1"], "--vary speed and --speed contradict each other"),

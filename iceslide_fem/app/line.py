@@ -22,7 +22,6 @@ from iceslide_fem.scene.messages import missing
 T_0 = ZERO_CELSIUS
 OF_GAUSSIAN = ("gaussian.0", "gaussian.1", "gaussian.2")
 OF_PICTURE = ("image", "length", "max_pressure", "legend", "crop", "row")
-OF_FILM = ("initial_height", "dry_stress", "dry_softening", "dry_residual")
 OF_BALANCE = (
     "model", "static_friction", "air_temperature", "depth", "ice_material.0", "ice_material.1",
     "ice_material.2", "tread_material.0", "water_conductivity",

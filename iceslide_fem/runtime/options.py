@@ -22,13 +22,6 @@ def folder_option(text: str) -> Any:
     return typer.Option(metavar="DIR", help=text, show_default=False, parser=_folder)
 
 
-def option(metavar: str, text: str, default: str = "") -> Any:
-    """An option whose text is validated later, together with the others of its command."""
-    shown = f" [dim]\\[default: {default}][/dim]" if default else ""
-    return typer.Option(metavar=metavar, help=text + shown, show_default=False)
-
-
-Text = str | None
 SceneFile = Annotated[
     Path | None,
     typer.Argument(metavar="SCENE.toml", help="The scene file.", show_default=False),

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
 from iceslide_fem.preprocess.footprint.macroscopic import State
-from iceslide_fem.preprocess.footprint.point_list import read_points
+from iceslide_fem.preprocess.footprint.point_list import GivenMap, read_points
 from iceslide_fem.preprocess.footprint.sensor_text import is_sensor_text, read_frame
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
@@ -27,7 +27,7 @@ USUAL = 2e4, 1.5e6
 UNITS = ("Pa", "kPa", "bar", "MPa", "psi", "N/cm^2")
 
 
-def pressure_unit(named: list[str], option: str | None, said: str) -> str:
+def pressure_unit(named: Sequence[str], option: str | None, said: str) -> str:
     """The unit of pressures: `named` in the file, else --pressure-unit, else Pa.
 
     Raises SceneError if they contradict each other.
@@ -74,29 +74,6 @@ LARGEST = 4e7  # values of a map
 COLDEST, WARMEST = -100.0, 100.0  # degC
 
 
-class GivenMap(NamedTuple):
-    """A map (ny, nx) of a file, first row on top.
-
-    unit: in the file; size: (length, width) in m, if it is in the file; notes: sentences for the
-    user; saturation: above which its sensors do not measure, Pa, if the file says so.
-    """
-
-    values: Array
-    unit: str
-    size: tuple[float, float] | None = None
-    notes: tuple[str, ...] = ()
-    saturation: float | None = None
-
-
-class _Read(NamedTuple):
-    """Values of a file before their unit is known; units: those that it names."""
-
-    values: Array
-    units: list[str]
-    size: tuple[float, float] | None = None
-    notes: tuple[str, ...] = ()
-
-
 def read_pressures(path: Path, unit: str | None = None, frame: int | None = None) -> GivenMap:
     """Pressures (Pa) of a map from a file; 0 where it has NaN.
 
@@ -104,7 +81,7 @@ def read_pressures(path: Path, unit: str | None = None, frame: int | None = None
     """
     given = _read_map(path, "--pressure-map", "Pa", unit, frame)
     values = np.nan_to_num(given.values, nan=0.0)
-    check_pressures(values, f"--pressure-map {path}", given.unit)
+    check_pressures(values, f"--pressure-map {path}", given.units[0])
     return given._replace(values=values)
 
 
@@ -149,16 +126,12 @@ def _read_map(
     """Numbers (ny, nx) in the unit `si`: .npy, text, a list of points, or a sensor's frames."""
     said = f"{option} {path}"
     check_regular(path, f"the map of {option}")
-    saturation = None
     if path.suffix.lower() == ".npy":
-        read = _Read(read_matrix(path, said), [])
+        read = GivenMap(read_matrix(path, said))
     else:
         text = read_text(path, f"the map of {option}", LARGEST_MAP)
         if si == "Pa" and is_sensor_text(text):
-            found = read_frame(text, said, frame)
-            units = ["Pa"] if found.in_pascals else []
-            read = _Read(found.values, units, found.size, (found.note,))
-            saturation, frame = found.saturation, None
+            read, frame = read_frame(text, said, frame), None
         else:
             read = _read_text(text, said, option, si)
     if frame is not None:
@@ -172,19 +145,19 @@ def _read_map(
     if np.isinf(values).any():
         raise SceneError(f"{said} has a value that is infinite")
     if not si:
-        return GivenMap(values, "", read.size, read.notes)
+        return read
     if si == "Pa":
         given = pressure_unit(read.units, unit, said)
     else:
         given = read.units[0] if read.units else "degC"
-    return GivenMap(to_si_units(values, given, si), given, read.size, read.notes, saturation)
+    return read._replace(values=to_si_units(values, given, si), units=(given,))
 
 
-def _read_text(text: str, said: str, option: str, si: str) -> _Read:
+def _read_text(text: str, said: str, option: str, si: str) -> GivenMap:
     """A matrix, or a list of points."""
     table = parse(text, said)
     if (points := read_points(table, si)) is not None:
-        return _Read(points.values, points.units, points.size, (f"{option}: {points.note}",))
+        return points._replace(notes=tuple(f"{option}: {note}" for note in points.notes))
     names = {re.sub(r"[\d\W_]+", "", name).casefold() for name in table.heading[1:]} - {""}
     first = list(table.heading) or next(table.rows())
     if len(names) > 1 or first[0].strip('"').casefold().startswith("time"):
@@ -194,4 +167,4 @@ def _read_text(text: str, said: str, option: str, si: str) -> _Read:
         )
     values, left_out = grid(table)
     named = units_named([*table.above, *table.heading], si) if si else []
-    return _Read(values, named, None, tuple(f"{option}: {note}" for note in left_out))
+    return GivenMap(values, named, notes=tuple(f"{option}: {note}" for note in left_out))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -25,19 +26,22 @@ LONG = 2.5  # longest side of a triangle between scattered points, in the median
 FEWEST = 12  # scattered points
 
 
-class PointMap(NamedTuple):
-    """values: (ny, nx), first row on top, NaN without a point; units: named for the values.
+class GivenMap(NamedTuple):
+    """A map of a file.
 
-    size: length and width, m, None if x and y have no unit; note: how the points were read.
+    values: (ny, nx), first row on top, NaN without a point; units: those that the file names for
+    them, or the one that they are in; size: (length, width) in m, if it is in the file; notes:
+    sentences for the user; saturation: above which its sensors do not measure, Pa, if it says so.
     """
 
     values: Array
-    units: list[str]
-    size: tuple[float, float] | None
-    note: str
+    units: Sequence[str] = ()
+    size: tuple[float, float] | None = None
+    notes: tuple[str, ...] = ()
+    saturation: float | None = None
 
 
-def read_points(table: TextTable, unit: str) -> PointMap | None:
+def read_points(table: TextTable, unit: str) -> GivenMap | None:
     """The map of a list of points, x along the direction of travel; None if it is no list.
 
     Each point of a regular grid is a pixel. Between scattered points the value is linear on
@@ -67,7 +71,7 @@ def read_points(table: TextTable, unit: str) -> PointMap | None:
     size = None
     if x_unit is not None and y_unit is not None:
         size = columns_ * dx * to_si(f"1 {x_unit}", "m"), rows * dy * to_si(f"1 {y_unit}", "m")
-    return PointMap(values[::-1], named, size, f"{note}; x is along the direction of travel")
+    return GivenMap(values[::-1], named, size, (f"{note}; x is along the direction of travel",))
 
 
 def _scattered(points: Points, table: TextTable) -> tuple[Array, float, float, float]:

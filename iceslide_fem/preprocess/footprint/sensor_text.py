@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from iceslide_fem.preprocess.footprint.point_list import GivenMap
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.tables.cells import is_word
@@ -87,21 +88,6 @@ _LINES = {
 }
 
 
-class Frame(NamedTuple):
-    """values: (rows, columns), first row on top, NaN without a sensor.
-
-    in_pascals: whether the head names their unit, so that they are in Pa; size: length and width,
-    m, None if the head has no spacing; saturation: above which a sensor does not measure, Pa, or
-    None; note: a sentence on the frame.
-    """
-
-    values: Array
-    in_pascals: bool
-    size: tuple[float, float] | None
-    saturation: float | None
-    note: str
-
-
 class _Entry(NamedTuple):
     """A line of a head: its name, the unit beside the name, and the text behind it."""
 
@@ -115,8 +101,11 @@ def is_sensor_text(text: str) -> bool:
     return text.lstrip('\ufeff \t\r\n"').startswith("DATA_TYPE") or bool(_FRAME.search(text))
 
 
-def read_frame(text: str, said: str, number: int | None) -> Frame:
-    """The frame `number`, by default the one with the largest force. Raises SceneError."""
+def read_frame(text: str, said: str, number: int | None) -> GivenMap:
+    """The frame `number`, by default the one with the largest force. Raises SceneError.
+
+    Values are in Pa if the head names their unit, else as they are in the file.
+    """
     text = text.replace("\r\n", "\n")
     marks = list(_FRAME.finditer(text))
     if not marks:
@@ -154,7 +143,8 @@ def read_frame(text: str, said: str, number: int | None) -> Frame:
         f"frame {number} of {len(frames)} is read{largest}{f', in {unit}' * bool(unit)}{apart}; "
         "its columns run along the direction of travel"
     )
-    return Frame(frames[number], unit is not None, size, _saturation(head), note)
+    units = () if unit is None else ("Pa",)
+    return GivenMap(frames[number], units, size, (note,), _saturation(head))
 
 
 def _rows(body: str, said: str, shape: tuple[int, ...]) -> Array:

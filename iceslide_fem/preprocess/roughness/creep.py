@@ -23,6 +23,7 @@ from iceslide_fem.preprocess.roughness.half_space import (
     Contact,
     Waves,
     compliance,
+    press,
     pressed,
 )
 from iceslide_fem.relaxation.prony import Prony, delayed, mean_response
@@ -50,13 +51,10 @@ def hold(
     count from the last age. Raises SimulationStopped if an iteration does not converge.
     """
     waves = Waves((heights.shape[0], heights.shape[1]), pixel, periodic)
-    soft = compliance(waves, modulus)
-    heights = heights - heights.mean()
-    times, distribution = steps(prony, ages), np.ones_like(heights)
-    for mean in pressures:
-        contact = pressed(heights, waves, soft, distribution * mean, tolerance)
-        distribution = contact.pressure / mean
-        yield _held(heights, waves, soft, contact, prony, times, ages, tolerance)
+    soft, times = compliance(waves, modulus), steps(prony, ages)
+    level = heights - heights.mean()
+    for contact in press(heights, pixel, modulus, pressures, tolerance, periodic):
+        yield _held(level, waves, soft, contact, prony, times, ages, tolerance)
 
 
 def _held(

@@ -39,7 +39,11 @@ class WheelCase(SourceOptions, FilmOptions):
     """
 
     model_config = ConfigDict(alias_generator=option_names("image"))
-    parts = ((("end_speed", "mass"), "a stop", "abs"),)
+    parts = (
+        (("end_speed", "mass"), "a stop", "abs"),
+        (("pitch",), "a pattern", "groove"),
+        (("groove",), "a pattern", "pitch"),
+    )
     rules = (
         Rule((given("abs", nothing=False), given("vary", nothing={})), "a stop is of one wheel",
              "one of them"),
@@ -85,10 +89,7 @@ class WheelCase(SourceOptions, FilmOptions):
     )
 
     @model_validator(mode="after")
-    def _pattern_is_whole(self) -> Self:
-        if (self.pitch is None) != (self.groove is None):
-            given, absent = ("pitch", "groove") if self.groove is None else ("groove", "pitch")
-            raise ValueError(f"--{absent} is missing: --{given} is of a pattern, which has both")
+    def _pattern_has_blocks(self) -> Self:
         if self.pitch is not None and self.groove is not None and self.groove >= self.pitch:
             raise ValueError(
                 f"--groove {1e3 * self.groove:.4g} mm leaves no block of --pitch "
