@@ -38,7 +38,7 @@ def point_history(
     """
     law = law_of(scene)
     if isinstance(law, AgedFilm):
-        law = law.film  # a point's contact age is the time (`film.aged_loading`)
+        law = law.film  # a point's contact age is the time (`film.aged_loads`)
     if scene.several_passes:
         rows, entries = passes_history(scene, law, observe)
         return rows, entries | {"energy_imbalance": rows[-1].energy_imbalance}

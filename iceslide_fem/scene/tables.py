@@ -26,7 +26,7 @@ DEEPEST = 0.1  # allowed penetration over the height
 class Tables(Table):
     """The model level of a scene, and all its data.
 
-    With model "auto" a run uses the cheapest sufficient level (`level.resolved`).
+    With model "auto" a run uses the cheapest sufficient level (`runs.model_levels`).
     """
 
     name: Name = key(..., "Name of the results: `results/<name>`.")

@@ -5,7 +5,7 @@ after the other, each for dx / V under the pixel's pressure. All lines advance i
 line has its own steps and its own pixel. In gaps film and heat stay with the ice, which cools.
 
 Squeezed-out water moves at a fraction of the ice's speed (`Ride.water_fraction`; for a sliding
-block see `interface.water`). Its steady flux is constant, so water is deeper below the rubber than
+block see `interface.on_ice`). Its steady flux is constant, so water is deeper below the rubber than
 a layer that moves with the ice. The variable of a line is this equivalent layer w H_s / V. The
 layer that voids of H_V can transport is the same fraction of H_V.
 """
