@@ -28,7 +28,7 @@ class Settings(NamedTuple):
     """Settings of meshed ice.
 
     solid, temperature: material and initial temperature (K); interface_resistance: between ice and
-    points, K m2/W (see `heat.surface`); agreement: of both, K (see `Balance`).
+    points, K m2/W (see `heat.balance`); agreement: of both, K (see `Balance`).
     """
 
     solid: Solid
