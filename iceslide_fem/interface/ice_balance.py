@@ -17,7 +17,7 @@ from scipy.sparse.linalg import LinearOperator, cg
 
 from iceslide_fem.heat.newton import NOT_FOUND, balanced
 from iceslide_fem.interface.ice_modes import SurfaceConduction
-from iceslide_fem.interface.shared_points import SharedPoints
+from iceslide_fem.interface.surface_grid import SharedPoints
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.runtime.errors import NotConverged
 

@@ -15,8 +15,13 @@ from iceslide_fem.film.law import Film, FilmStage, Surface
 from iceslide_fem.heat.newton import NOT_FOUND
 from iceslide_fem.interface.ice_balance import Balance, Lines, balance, melting_guess
 from iceslide_fem.interface.ice_modes import StageSurface, SurfaceConduction, SurfaceModes
-from iceslide_fem.interface.shared_points import SharedPoints
-from iceslide_fem.interface.surface_grid import Contacts, Placement, Recent, SurfaceGrid
+from iceslide_fem.interface.surface_grid import (
+    Contacts,
+    Placement,
+    Recent,
+    SharedPoints,
+    SurfaceGrid,
+)
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import NotConverged
 from iceslide_fem.scene.materials import Solid
