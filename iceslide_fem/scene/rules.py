@@ -60,8 +60,8 @@ class Rule(NamedTuple):
     """Conditions that exclude each other: they are `named`, and hold only together with `where`."""
 
     named: tuple[Is, ...]
-    reason: str
-    allowed: str
+    reason: str = ""
+    allowed: str = "one of them"
     where: tuple[Is, ...] = ()
 
     def fault(self, scene: BaseModel) -> str | None:
@@ -160,7 +160,7 @@ RULES = (
     Rule((Is("ice.mesh"), UNMESHED), "", "ice.heat = 'mesh'"),
     Rule((Is("ice.mesh"), SLIDING), "ice that passes is a window of equal cells",
          "ice.motion = 'attached'"),
-    Rule((Is("ice.mesh"), Is("ice.depth")), "the mesh has the depth", "one of them"),
+    Rule((Is("ice.mesh"), Is("ice.depth")), "the mesh has the depth"),
     Rule((Is("ice.base_temperature"), Is("ice.base", ("insulated",))),
          "no heat leaves an insulated base", "ice.base = 'held'"),
     Rule((Is("ice.mesh"), POINT), "below a point the ice is a column, and nothing says how deep",
@@ -176,8 +176,7 @@ RULES = (
          "other see other loads", f'{FE}, or ice.motion = "attached"', (SLIDING,)),
     Rule((Is("film.pressure", ("nominal",)), CHANGING),
          "k, D and H_V of one nominal pressure are held", "'local'"),
-    Rule((PASSES, ROWS), "rows are passes of the period rubber.row_pitch / load.speed",
-         "one of them"),
+    Rule((PASSES, ROWS), "rows are passes of the period rubber.row_pitch / load.speed"),
     Rule((ROWS, BLOCKS), "", 'model = "point"'),
     Rule((PASSES, BLOCKS, SLIDING), "", "ice.motion = 'attached', or model = \"point\""),
     Rule((PASSES, BLOCKS, CHANGES), "", 'numbers, or model = "point"'),

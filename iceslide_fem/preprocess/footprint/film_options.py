@@ -53,7 +53,7 @@ class FilmOptions(CommandOptions):
 
     group = "The film and the ice below it"
     rules: ClassVar[Sequence[Rule]] = (
-        Rule((given("contact"), given("contact_age")), "the scene has a table", "one of them"),
+        Rule((given("contact"), given("contact_age")), "the scene has a table"),
         Rule(
             (given("water"), Is("water_speed", besides=(1.0,), shown="--water-speed below 1")),
             TOGETHER, "water that stays with the ice",

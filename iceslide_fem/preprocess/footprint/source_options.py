@@ -101,9 +101,9 @@ class SourceOptions(CommandOptions):
     model_config = ConfigDict(alias_generator=_named)
     group = "Where the pressures come from"
     rules: ClassVar[Sequence[Rule]] = (
-        Rule((given("dark_is"), given("colormap")), GREY, "one of them"),
-        Rule((given("dark_is"), given("legend")), GREY, "one of them"),
-        Rule((given("colormap"), given("legend")), "", "one of them"),
+        Rule((given("dark_is"), given("colormap")), GREY),
+        Rule((given("dark_is"), given("legend")), GREY),
+        Rule((given("colormap"), given("legend"))),
     )
 
     image: Path | None = option(None, "PNG, JPEG or TIFF.", "IMAGE")

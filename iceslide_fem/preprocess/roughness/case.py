@@ -78,7 +78,7 @@ class RoughnessCase(CommandOptions):
 
     model_config = ConfigDict(alias_generator=option_names("surface"))
     rules = tuple(
-        Rule((given(one), given(other)), "", "one of them")
+        Rule((given(one), given(other)))
         for one, other in combinations(("compound", "modulus", "scene"), 2)
     )
     parts = (

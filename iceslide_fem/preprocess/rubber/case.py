@@ -29,11 +29,11 @@ class RubberCase(CommandOptions):
     model_config = ConfigDict(alias_generator=option_names("source"))
     rules = (
         Rule((given("wlf"), given("arrhenius_below")),
-             "the activation energy is fitted below a fitted WLF", "one of them"),
-        Rule((given("shift"), given("wlf")), "a shift is fitted or given", "one of them"),
+             "the activation energy is fitted below a fitted WLF"),
+        Rule((given("shift"), given("wlf")), "a shift is fitted or given"),
         *(
             Rule((given("shift", law), given("arrhenius_below")),
-                 "the activation energy follows on a fitted WLF", "one of them")
+                 "the activation energy follows on a fitted WLF")
             for law in ("arrhenius", "table")
         ),
     )  # fmt: skip

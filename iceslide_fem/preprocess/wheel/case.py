@@ -45,12 +45,10 @@ class WheelCase(SourceOptions, FilmOptions):
         (("groove",), "a pattern", "pitch"),
     )
     rules = (
-        Rule((given("abs", nothing=False), given("vary", nothing={})), "a stop is of one wheel",
-             "one of them"),
+        Rule((given("abs", nothing=False), given("vary", nothing={})), "a stop is of one wheel"),
         Rule((given("abs", nothing=False), given("slip_angle", nothing=0.0)),
-             "a stop goes straight", "one of them"),
-        Rule((given("load"), given("mass")), "the wheel of a stop carries the weight of its mass",
-             "one of them"),
+             "a stop goes straight"),
+        Rule((given("load"), given("mass")), "the wheel of a stop carries the weight of its mass"),
     )  # fmt: skip
 
     speed: Annotated[float, SPEED, Number] = option(
