@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from iceslide_fem.postprocess.report.page import Cell, Section, Table, Text, cells
+from iceslide_fem.postprocess.report.page import Cell, Section, Table, Text
 from iceslide_fem.postprocess.results import Run
 from iceslide_fem.postprocess.results.run_directory import load_range
 from iceslide_fem.runtime.curve import Curve
@@ -133,7 +133,7 @@ def neglected(left: LeftOut, scene: Mapping[str, Any]) -> list[Text | Table]:
     rows = []
     for one, made in left:
         texts = (f"{one.number:.2g}", one.formula, f"{one.effect:.2g}", "yes" if made else "no")
-        rows.append(cells(one.name, *texts))
+        rows.append([*map(Cell, (one.name, *texts))])
     head = ["simplification", "its number", "which is", "moves mu by up to", "made here"]
     return [always, Table("Estimates before the run (iceslide info, ladder)", head, rows)]
 
