@@ -57,7 +57,7 @@ def failing_together(comm: Any, note: Callable[[Exception], None] | None = None)
     try:
         yield
     except Exception as error:
-        alone = not _all_arrive(others)
+        alone = not _done(others.Ibarrier(), PATIENCE)
         if note is not None and (alone or comm.rank == 0):
             note(error)
         if alone:
@@ -77,11 +77,6 @@ def arrive(comm: Any, waits: str) -> None:
     if not _done(request, UNUSUAL):
         print(f"Note: rank {comm.rank} waits for the others: {waits}", file=sys.__stderr__)
         request.Wait()
-
-
-def _all_arrive(comm: Any) -> bool:
-    """Whether all ranks arrive here within PATIENCE."""
-    return _done(comm.Ibarrier(), PATIENCE)
 
 
 def _done(request: Any, within: float) -> bool:

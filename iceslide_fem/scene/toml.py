@@ -132,10 +132,11 @@ def as_toml(tables: Mapping[str, Any]) -> str:
     """Tables of a scene as the text of a scene file, without None values."""
     import tomlkit  # not needed to read scenes
 
-    return tomlkit.dumps(_without_none(tables))
+    return tomlkit.dumps(without_none(tables))
 
 
-def _without_none(values: Any) -> Any:
+def without_none(values: Any) -> Any:
+    """Tables without None values, at any depth."""
     if isinstance(values, Mapping):
-        return {key: _without_none(value) for key, value in values.items() if value is not None}
-    return [_without_none(value) for value in values] if isinstance(values, list) else values
+        return {key: without_none(value) for key, value in values.items() if value is not None}
+    return [without_none(value) for value in values] if isinstance(values, list) else values

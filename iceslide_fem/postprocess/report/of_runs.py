@@ -16,7 +16,6 @@ from iceslide_fem.postprocess.report.page import (
     Section,
     Table,
     Text,
-    cells,
 )
 from iceslide_fem.postprocess.report.words import (
     again,
@@ -96,7 +95,8 @@ def _distances(others: dict[str, Run], first: Run) -> Table:
     for name, run in others.items():
         largest, rms = largest_and_rms(run, first)
         end = min(float(each.sliding_time[-1]) for each in (run, first))
-        rows.append(cells(name, f"{largest:.2%}", f"{rms:.2%}", f"{1e3 * end:.4g} ms"))
+        texts = f"{largest:.2%}", f"{rms:.2%}", f"{1e3 * end:.4g} ms"
+        rows.append([*map(Cell, (name, *texts))])
     head = ["", "largest", "rms", "until"]
     return Table("Relative difference of mu at equal times", head, rows)
 

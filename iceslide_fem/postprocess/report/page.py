@@ -168,12 +168,6 @@ def html(page: Page) -> str:
     )
 
 
-def cells(name: str, *texts: str, key: str = "", value: Any = None) -> list[Cell]:
-    """A row: name, first value with its summary entry, further texts."""
-    first, *more = texts
-    return [Cell(name), Cell(first, key, value), *map(Cell, more)]
-
-
 def plain(values: ArrayLike) -> list[float | None]:
     """Numbers for the page: rounded to `DIGITS`, None for NaN and infinity."""
     flat = np.asarray(values, dtype=float).ravel().tolist()

@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from iceslide_fem.postprocess.report.page import Cell, Section, Table, Text, cells
+from iceslide_fem.postprocess.report.page import Cell, Section, Table, Text
 from iceslide_fem.postprocess.results import Run
 from iceslide_fem.postprocess.results.run_directory import load_range
 from iceslide_fem.runtime.curve import Curve
 from iceslide_fem.runtime.errors import IceslideError, SceneError
 from iceslide_fem.runtime.units import ZERO_CELSIUS
-from iceslide_fem.scene import Scene, flat, scene_from_dict, unit_of
+from iceslide_fem.scene import Scene, as_toml, flat, scene_from_dict, unit_of
 from iceslide_fem.scene.materials import BAR
+from iceslide_fem.scene.toml import without_none
 
 if TYPE_CHECKING:
     from iceslide_fem.runs.simplifications import Simplification
@@ -132,7 +133,7 @@ def neglected(left: LeftOut, scene: Mapping[str, Any]) -> list[Text | Table]:
     rows = []
     for one, made in left:
         texts = (f"{one.number:.2g}", one.formula, f"{one.effect:.2g}", "yes" if made else "no")
-        rows.append(cells(one.name, *texts))
+        rows.append([*map(Cell, (one.name, *texts))])
     head = ["simplification", "its number", "which is", "moves mu by up to", "made here"]
     return [always, Table("Estimates before the run (iceslide info, ladder)", head, rows)]
 
@@ -148,19 +149,17 @@ def _without_freezing(scene: Mapping[str, Any]) -> str:
 def scene_of(values: Mapping[str, Any]) -> Scene | None:
     """The scene of a summary, if its files still exist."""
     try:
-        return scene_from_dict(_given(values))
+        return scene_from_dict(without_none(values))
     except (IceslideError, OSError, TypeError, ValueError):
         return None
 
 
 def again(scene: Mapping[str, Any], command: str = "run") -> list[Text]:
     """How to repeat the run: the scene as a file, and the command."""
-    import tomlkit
-
     name = scene["name"]
     return [
         Text(f"Save this as {name}.toml, then: iceslide {command} {name}.toml --out {name}"),
-        Text(tomlkit.dumps(_given(scene)), "code"),
+        Text(as_toml(scene), "code"),
     ]
 
 
@@ -227,15 +226,6 @@ def _shown(value: Any, unit: str) -> str:
     if isinstance(value, list) and not any(isinstance(each, list) for each in value):
         return ", ".join(map(str, value)) or "none"
     return str(value)
-
-
-def _given(values: Mapping[str, Any]) -> dict[str, Any]:
-    """The tables of a scene without unset values."""
-    return {
-        key: _given(value) if isinstance(value, Mapping) else value
-        for key, value in values.items()
-        if value is not None
-    }
 
 
 def section_again(run: Run, left: LeftOut) -> list[Section]:

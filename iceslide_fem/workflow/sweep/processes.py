@@ -16,15 +16,13 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import tomlkit
-
 from iceslide_fem.postprocess.results import read_run
 from iceslide_fem.runs.checkpoint import FILE as CHECKPOINT
 from iceslide_fem.runs.checkpoint import fingerprint_there, read_checkpoint
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.files import replace_file
 from iceslide_fem.runtime.launch import available_cores, environment_of_one, module_words, mpirun
-from iceslide_fem.scene import Scene, load_scene
+from iceslide_fem.scene import Scene, as_toml, load_scene
 from iceslide_fem.workflow.sweep.plan import Case
 from iceslide_fem.workflow.sweep.table import SENTENCE, CaseResult, read_outcome
 
@@ -88,7 +86,7 @@ def scene_file(folder: Path, case: Case) -> Path:
 
 def write_scene(path: Path, scene: Scene) -> None:
     """Write the complete scene to `path`, with absolute paths of its files."""
-    replace_file(path, tomlkit.dumps(scene.model_dump(mode="json", exclude_none=True)))
+    replace_file(path, as_toml(scene.as_dict()))
 
 
 def forms_of(scene: Scene) -> tuple[object, ...]:

@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
-import tomlkit
 import xarray as xr
 
 from iceslide_fem.output.summary import untouched, word_of
@@ -17,7 +16,7 @@ from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.columns import attributes_of
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.files import replace_file
-from iceslide_fem.scene import Scene, flat, put, unit_of
+from iceslide_fem.scene import Scene, as_toml, flat, put, unit_of
 from iceslide_fem.scene.fingerprint import fingerprint, scene_hash, versions, versions_in_words
 from iceslide_fem.workflow.sweep.plan import Plan
 
@@ -186,13 +185,13 @@ def to_dataset(
     }
     scene: dict[str, Any] = {}
     for key, value in first.items():  # a scene file with the values of the first case
-        if value is not None and (key in common or key in plan.axes):
+        if key in common or key in plan.axes:
             put(scene, key, value)
     words = " ".join(f"{key}={value}" for key, value in common.items() if value is not None)
     attributes = {"iceslide_fem": "sweep", "inputs": words}
     attributes |= {key: str(common.get(key, "")) for key in ("name", "model")}
     attributes["versions"] = versions_in_words(versions())
-    return xr.Dataset(data, coordinates, attributes | {"scene": tomlkit.dumps(scene)})
+    return xr.Dataset(data, coordinates, attributes | {"scene": as_toml(scene)})
 
 
 def _entries(summary: Mapping[str, Any]) -> dict[str, Any]:
