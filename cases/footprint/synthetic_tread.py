@@ -30,7 +30,7 @@ def main() -> None:
     truth = tread.footprint(shape)
     picture, legend = coloured_picture(truth, HIGH, "jet")
     arguments.out.parent.mkdir(parents=True, exist_ok=True)
-    _, figures, _ = run(
+    figures = run(
         FOOTPRINT,
         {
             "image": save(picture, arguments.out.with_suffix(".jpg")),
@@ -41,7 +41,7 @@ def main() -> None:
             "crop": f"0,0,{shape[1]},{shape[0]}",
         },
         arguments.out,
-    )
+    ).figures
     for name, value in FOOTPRINT.words(figures).lines:
         print(f"{name:32} {value}")
     found = figures["footprint"]

@@ -16,6 +16,8 @@ from iceslide_fem.postprocess.report.page import Chart, HeatMap
 DPI = 120
 TICKS = 5  # intervals of an axis: ticks take most of the time of a picture
 PANEL = 6.2, 4.6  # inches
+LEFT, BELOW, ABOVE, BETWEEN_ROWS = 0.9, 0.6, 0.8, 0.95  # inches
+BESIDE, BESIDE_MAPS = (0.3, 0.95), (0.8, 1.5)  # right of the last panel, and between two
 COLOURS = ("#0072B2", "#B34700", "#00795A", "#7A4A9E", "#444444", "#8A6100")  # as on a page
 STROKES = ("-", "--", ":", "-.", (0, (8, 3)), (0, (8, 3, 1, 3)))
 SHADES = ((0.0, 0.0, 0.0, 0.0), (0.34, 0.71, 0.91, 0.16), (0.90, 0.62, 0.0, 0.18))
@@ -31,10 +33,6 @@ def save_png(parts: Sequence[Chart | HeatMap], path: Path, title: str = "") -> N
     """Write `parts` as panels of one picture with a `title`. Raises OSError."""
     figure = figure_of(parts)
     figure.suptitle(title, fontsize=13)
-    layout = figure.get_layout_engine()
-    assert layout is not None  # that of `figure_of`
-    layout.execute(figure)  # once: saving does it twice
-    figure.set_layout_engine("none")
     figure.savefig(path, dpi=DPI, pil_kwargs={"compress_level": 1})
 
 
@@ -42,8 +40,14 @@ def figure_of(parts: Sequence[Chart | HeatMap]) -> Figure:
     """One figure with a panel for each part, two or three side by side."""
     columns = len(parts) if len(parts) < 4 else 2 if len(parts) == 4 else 3
     rows = -(-len(parts) // columns)
-    figure = Figure(figsize=(PANEL[0] * columns, PANEL[1] * rows), layout="constrained")
-    panels = list(figure.subplots(rows, columns, squeeze=False).flat)
+    figure = Figure(figsize=(PANEL[0] * columns, PANEL[1] * rows))
+    right, between = BESIDE_MAPS if any(isinstance(part, HeatMap) for part in parts) else BESIDE
+    across = _spread(columns, PANEL[0], LEFT, right, between)
+    up = _spread(rows, PANEL[1], BELOW, ABOVE, BETWEEN_ROWS)
+    spread = dict(
+        zip(("left", "right", "wspace", "bottom", "top", "hspace"), (*across, *up), strict=True)
+    )
+    panels = list(figure.subplots(rows, columns, squeeze=False, gridspec_kw=spread).flat)
     for panel, part in zip(panels, parts, strict=False):
         panel.set(xlabel=part.x, ylabel=part.y)
         panel.set_title(part.title, fontsize=11)
@@ -57,10 +61,26 @@ def figure_of(parts: Sequence[Chart | HeatMap]) -> Figure:
     return figure
 
 
+def _spread(
+    count: int, size: float, before: float, after: float, between: float
+) -> tuple[float, float, float]:
+    """Edges of `count` panels as fractions of their figure, and their distance over their size.
+
+    Without a layout engine, which takes as long as drawing; size of a panel with what is around it,
+    and distances: inches.
+    """
+    whole = count * size
+    panel = (whole - before - after - (count - 1) * between) / count
+    return before / whole, 1.0 - after / whole, between / panel
+
+
 def _curves(panel: Axes, chart: Chart) -> None:
     named = len(chart.curves) > 1
     for curve in chart.curves:
-        look: dict[str, Any] = {"color": COLOURS[curve.look % 6], "label": curve.name}
+        look: dict[str, Any] = {
+            "color": COLOURS[curve.look % 6],
+            "label": curve.name if named else None,
+        }
         if curve.marks:
             panel.plot(curve.x, curve.y, MARKS[curve.look % 6], markersize=4, **look)
         else:
@@ -78,9 +98,11 @@ def _curves(panel: Axes, chart: Chart) -> None:
         if low >= 0.0:
             panel.set_ylim(bottom=0.0)
     for number, band in enumerate(chart.bands):
-        panel.axvspan(band.start, band.end, color=SHADES[number % 3], zorder=-1, label=band.name)
+        shade = SHADES[number % 3]
+        label = band.name if shade[-1] else None
+        panel.axvspan(band.start, band.end, color=shade, zorder=-1, label=label)
     panel.grid(alpha=0.25)
-    if (named or chart.bands) and len(chart.curves) <= NAMED:
+    if panel.get_legend_handles_labels()[1] and len(chart.curves) <= NAMED:
         panel.legend(fontsize=7)
 
 
