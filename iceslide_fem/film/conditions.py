@@ -13,11 +13,10 @@ from iceslide_fem.film.passes import Passes
 from iceslide_fem.film.point_conditions import Conditions, InTime, Loading
 from iceslide_fem.film.rubber_heat import INSULATED, HalfFilm, Insulated, RubberColumns
 from iceslide_fem.film.runge_kutta import INTEGRATORS
-from iceslide_fem.film.shear_strength import shear_strength, strength_of
+from iceslide_fem.film.shear_strength import DRY, shear_strength
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.course import SAMPLED
-from iceslide_fem.scene.dry_shear import DryShear
 from iceslide_fem.scene.materials import Ground
 
 # Number of steps of a run with fixed steps, unless numerics.max_step is given.
@@ -129,9 +128,7 @@ def varied_conditions(scene: Scene, **varied: ArrayLike) -> Conditions:
     if scene.film.contact_age and constants:
         raise ValueError(f"{constants[0]} follows the contact's age (film.contact_age)")
     count = np.broadcast_shapes((1,), *map(np.shape, varied.values()))
-    keys = {name: f"dry_{name}" for name in DryShear._fields}
-    dry: dict[str, Any] = {name: varied.pop(key) for name, key in keys.items() if key in varied}
-    strength = strength_of(scene.film.dry_shear._replace(**dry), scene.ice.melting_temperature)
+    strength = shear_strength(scene, **{key: varied.pop(key) for key in DRY if key in varied})
     fixed: dict[str, Any] = scene_conditions(scene)._asdict()
     del fixed["limit"]
     k, D, H_V, _ = scene.contact_parameters(varied.get("pressure", fixed["pressure"]))

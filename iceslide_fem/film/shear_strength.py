@@ -1,16 +1,20 @@
-"""Shear strength tau_b of dry rubber on ice over the ice's surface temperature."""
+"""Shear strength tau_b of dry rubber on ice over the ice's surface temperature.
+
+A number tau_0 gives tau_0 min(1, (T_m + delta - T) / Delta); otherwise it is a table.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from iceslide_fem.runtime.arrays import Array, Index
 from iceslide_fem.scene import Scene
-from iceslide_fem.scene.dry_shear import DryShear
+
+DRY = ("dry_stress", "dry_softening", "dry_residual")
 
 
 class ShearStrength(NamedTuple):
@@ -98,19 +102,17 @@ class ShearStrength(NamedTuple):
         return ShearStrength(*(column.take(index, axis=1, mode="clip") for column in self))
 
 
-def strength_of(dry: DryShear, melting: float) -> ShearStrength | None:
-    """tau_b on ice that melts at `melting` (K); None without a limit."""
-    if dry.stress is None:
+def shear_strength(scene: Scene, **varied: Any) -> ShearStrength | None:
+    """tau_b of dry rubber on the ice of a scene; None without a limit of the shear.
+
+    varied: values in place of the film's keys `DRY`.
+    """
+    stress, softening, residual = (varied.get(key, getattr(scene.film, key)) for key in DRY)
+    if stress is None:
         return None
-    if isinstance(dry.stress, tuple):
-        return ShearStrength.of_rows(dry.stress, melting)
-    softening = np.inf if dry.softening is None else dry.softening
-    return ShearStrength.softening(dry.stress, softening, dry.residual)
-
-
-def shear_strength(scene: Scene) -> ShearStrength | None:
-    """tau_b of dry rubber on the ice of a scene; None without a limit of the shear."""
-    return strength_of(scene.film.dry_shear, scene.ice.melting_temperature)
+    if isinstance(stress, tuple):
+        return ShearStrength.of_rows(stress, scene.ice.melting_temperature)
+    return ShearStrength.softening(stress, np.inf if softening is None else softening, residual)
 
 
 def shearing_height(scene: Scene, speed: float) -> float:

@@ -10,17 +10,11 @@ from pydantic import Field, StrictBool, StrictFloat, StrictInt, StringConstraint
 
 from iceslide_fem.runtime.files import is_regular
 from iceslide_fem.runtime.tables.columns import Wanted, read_columns
-from iceslide_fem.runtime.units import ZERO_CELSIUS
+from iceslide_fem.runtime.units import ZERO_CELSIUS, readable
 from iceslide_fem.scene.contact_table import read_contact_table
-from iceslide_fem.scene.dry_shear import (
-    DRY_STRESS,
-    RESIDUAL,
-    SOFTENING,
-    USUAL_RESIDUAL,
-    DryShear,
-)
+from iceslide_fem.scene.ice import ICE_TEMPERATURE
 from iceslide_fem.scene.input_file import InputFile
-from iceslide_fem.scene.rows import RowsOf
+from iceslide_fem.scene.rows import RowsOf, check_falls
 from iceslide_fem.scene.units import Quantity, Table, key
 
 if TYPE_CHECKING:  # takes long to import, and only tables need it
@@ -121,12 +115,10 @@ class Friction(Table):
         return Path(path), name
 
 
-HEIGHT = RowsOf(
-    "ice temperature",
-    Quantity("K", "-80 degC", "0.01 degC"),
-    Quantity("m", "0 nm", "10 um"),
-    "0 nm",
-)
+HEIGHT = RowsOf("ice temperature", ICE_TEMPERATURE, Quantity("m", "0 nm", "10 um"), "0 nm")
+DRY_STRESS = RowsOf("ice temperature", ICE_TEMPERATURE, Quantity("Pa", "1 Pa", "1 GPa"), "0 Pa")
+RESIDUAL = 0.5  # K
+THINNEST = 1e-9  # m, initial height of water films
 
 
 class Film(Table):
@@ -188,13 +180,13 @@ class Film(Table):
         "them). Values must not rise with temperature. Between rows it is linear, outside it is"
         " constant.",
     )
-    dry_softening: Annotated[float, SOFTENING] | None = key(
+    dry_softening: Annotated[float, Quantity("K", "0.01 K", "200 K")] | None = key(
         None,
         "If `film.dry_stress` is a number: the temperature range in which it falls, in "
         "proportion, to 0. Without it the stress does not depend on temperature.",
     )
-    dry_residual: Annotated[float, RESIDUAL] = key(
-        USUAL_RESIDUAL,
+    dry_residual: Annotated[float, Quantity("K", "0 K", "200 K")] = key(
+        RESIDUAL,
         "If `film.dry_stress` is a number: how far above the melting point it would reach 0. "
         "With 0 the ice never melts.",
     )
@@ -251,9 +243,11 @@ class Film(Table):
         return self
 
     @property
-    def dry_shear(self) -> DryShear:
-        """The keys of dry rubber on ice."""
-        return DryShear(self.dry_stress, self.dry_softening, self.dry_residual)
+    def dry_softens(self) -> bool:
+        """Whether the stress of dry contact depends on temperature."""
+        if isinstance(self.dry_stress, tuple):
+            return bool(self.dry_stress[-1][1] < self.dry_stress[0][1])
+        return self.dry_softening is not None and self.dry_residual < self.dry_softening
 
     @model_validator(mode="after")
     def _dry_shear_is_whole(self) -> Self:
@@ -269,6 +263,31 @@ class Film(Table):
                 "water on ice below its melting point freezes before anything slides; allowed: "
                 "film.initial_height = 0"
             )
+        self._check_dry_stress()
         least = min(value for _, value in heights) if isinstance(heights, tuple) else heights
-        self.dry_shear.check(least, lambda key: f"film.{key}")
+        if least < THINNEST and self.dry_stress is None:
+            raise ValueError(
+                f"film.initial_height = {readable(least, 'm')} is out of range; allowed: 1 nm to "
+                "10 um, or from 0 on with film.dry_stress, which limits the shear of thin films"
+            )
         return self
+
+    def _check_dry_stress(self) -> None:
+        """Raise ValueError if the keys of dry contact contradict each other."""
+        stress, rows = self.dry_stress, isinstance(self.dry_stress, tuple)
+        given = self.dry_softening is not None, self.dry_residual != RESIDUAL
+        for name, is_given in zip(("dry_softening", "dry_residual"), given, strict=True):
+            if is_given and (rows or stress is None):
+                what = "rows of" if rows else "no"
+                raise ValueError(
+                    f"film.{name} and {what} film.dry_stress contradict each other: it says how a "
+                    "number of dry_stress falls; allowed: film.dry_stress as a number"
+                )
+        if not isinstance(stress, tuple):
+            return
+        why = "ice gets softer as it gets warmer; allowed: stresses"
+        check_falls(stress, "film.dry_stress", why)
+        if stress[0][1] == 0.0:
+            raise ValueError(
+                "film.dry_stress is 0 in all rows; allowed: more than 0 where ice is coldest"
+            )

@@ -20,7 +20,7 @@ from iceslide_fem.scene.materials import (
     Layer,
     Solid,
 )
-from iceslide_fem.scene.rows import Rows, RowsOf, check_falls
+from iceslide_fem.scene.rows import RowsOf, check_falls
 from iceslide_fem.scene.units import Name, Quantity, Table, key
 
 WARMEST = 1e-3  # K below its melting temperature
@@ -225,21 +225,12 @@ class Water(Table):
     @classmethod
     def _thins(cls, viscosity: Any) -> Any:
         """`viscosity` unchanged. Raises ValueError if it rises with temperature."""
-        viscosity_table(viscosity, "water.viscosity")
+        if isinstance(viscosity, tuple):
+            why = "water gets thinner as it gets warmer; allowed: viscosities"
+            check_falls(viscosity, "water.viscosity", why)
         return viscosity
 
     @property
     def table(self) -> Curve | None:
         """Viscosity over the film's temperature; None for a constant."""
-        return viscosity_table(self.viscosity, "water.viscosity")
-
-
-def viscosity_table(given: float | Rows, key: str) -> Curve | None:
-    """Rows of a viscosity (Pa s) over temperature (K) as a curve, None for a number.
-
-    Raises ValueError with `key` if the viscosity rises with temperature.
-    """
-    if not isinstance(given, tuple):
-        return None
-    check_falls(given, key, "water gets thinner as it gets warmer; allowed: viscosities")
-    return Curve.of(given)
+        return Curve.of(self.viscosity) if isinstance(self.viscosity, tuple) else None
