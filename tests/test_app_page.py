@@ -227,7 +227,7 @@ def test_every_slider_of_the_wheel_redraws_what_the_library_computes(served, ope
     page = open_page(meant=REFUSED)
     asked = []
     page.on("request", lambda request: asked.append(request.url.rpartition("/")[2]))
-    page.goto(served.address + "#tab=wheel&gaussian.2=30+mm&tread=blocks")
+    page.goto(served.address + "#tab=wheel&shape=gaussian&gaussian.2=25+mm&tread=blocks")
     wait_drawn(page, count="wheels")
     assert asked.count("wheel") == 1  # an address is computed once
     for slider in wheel.TAB.sliders:

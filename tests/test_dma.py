@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from iceslide_fem.preprocess.rubber.curves import at_rate, simple_shear, stresses, uniaxial
+from iceslide_fem.preprocess.rubber.compound import at_rate, simple_shear, stresses, uniaxial
 from iceslide_fem.relaxation.dma import read_dma
 from iceslide_fem.relaxation.dma_fit import characterised
 from iceslide_fem.relaxation.prony import Prony

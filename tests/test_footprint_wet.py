@@ -9,7 +9,7 @@ import pytest
 from program import rows_of
 
 from iceslide_fem.cli import main
-from iceslide_fem.film.lugs import lugs_of
+from iceslide_fem.film.voids import lugs_of
 from iceslide_fem.preprocess.footprint.case import FootprintCase
 from iceslide_fem.preprocess.footprint.passing import film_map
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap, gaussian_profile

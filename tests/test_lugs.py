@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from iceslide_fem.film.lugs import Lugs, lugs_of, open_sipes
+from iceslide_fem.film.voids import Lugs, lugs_of, open_sipes
 from iceslide_fem.scene.rubber import Rubber
 
 pytestmark = pytest.mark.quick

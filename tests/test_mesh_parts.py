@@ -10,8 +10,11 @@ pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 from mesh_writers import write_mesh  # noqa: E402
 
 from iceslide_fem.mesh import gmsh_model  # noqa: E402
-from iceslide_fem.mesh.grid import with_parts  # noqa: E402
-from iceslide_fem.mesh.patches import mesh_patches, rectangle  # noqa: E402
+from iceslide_fem.mesh.grid import (  # noqa: E402
+    mesh_patches,
+    rectangle,
+    with_parts,  # noqa: E402
+)
 from iceslide_fem.mesh.user_mesh import load_user_mesh  # noqa: E402
 from iceslide_fem.runs.doubts import before_run  # noqa: E402
 from iceslide_fem.runtime.errors import SceneError  # noqa: E402

@@ -17,7 +17,7 @@ from iceslide_fem.coupling.subcycles import Subcycles
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.carrying import LUG
 from iceslide_fem.film.integrators import InterfaceState
-from iceslide_fem.film.lugs import Lugs, open_sipes
+from iceslide_fem.film.voids import Lugs, open_sipes
 from iceslide_fem.interface.film_frame import ContactLoads, FilmFrame
 from iceslide_fem.laws.carrying_film import CarryingFilm
 from iceslide_fem.rubber.block import Block

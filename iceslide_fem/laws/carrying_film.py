@@ -10,8 +10,7 @@ import numpy as np
 
 from iceslide_fem.film.carrying import CarryingLoads
 from iceslide_fem.film.integrators import InterfaceState
-from iceslide_fem.film.lugs import Lugs, lugs_of
-from iceslide_fem.film.voids import Voids
+from iceslide_fem.film.voids import Lugs, Voids, lugs_of
 from iceslide_fem.laws.film import FilmLaw
 from iceslide_fem.laws.protocol import Sheared
 from iceslide_fem.runtime.arrays import Array, Mask

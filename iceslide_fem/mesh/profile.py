@@ -8,8 +8,7 @@ from collections import Counter
 import numpy as np
 
 from iceslide_fem.mesh.box import Span, block_grid
-from iceslide_fem.mesh.grid import Chooser, snapped, with_parts
-from iceslide_fem.mesh.patches import Patch, mesh_patches
+from iceslide_fem.mesh.grid import Chooser, Patch, mesh_patches, snapped, with_parts
 from iceslide_fem.mesh.shape import BlockShape, leaned, straightened
 from iceslide_fem.mesh.soundness import Soundness, place
 from iceslide_fem.mesh.swept import NEAR, edge_patches, profile_patches, swept

@@ -13,8 +13,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from iceslide_fem.mesh.box import EdgeCells, Grid, Span
-from iceslide_fem.mesh.grid import Lines
-from iceslide_fem.mesh.patches import ROUNDING, Patch, Point, even, mesh_patches, rectangle
+from iceslide_fem.mesh.grid import SAME_POINT, Lines, Patch, Point, even, mesh_patches, rectangle
 from iceslide_fem.mesh.shape import BlockShape
 from iceslide_fem.mesh.tagged import IntArray
 from iceslide_fem.runtime.arrays import Array
@@ -166,7 +165,7 @@ def _joined(parts: list[Part]) -> Part:
     starts = np.cumsum([0, *(len(points) for points, _ in parts[:-1])])
     points = np.concatenate([points for points, _ in parts])
     cells = np.concatenate([cells + start for (_, cells), start in zip(parts, starts, strict=True)])
-    near = ROUNDING * float(np.ptp(points, axis=0).max())
+    near = SAME_POINT * float(np.ptp(points, axis=0).max())
     pairs = cKDTree(points).query_pairs(near, output_type="ndarray")  # of a place all of them
     first = np.arange(len(points))
     np.minimum.at(first, pairs.max(axis=1), pairs.min(axis=1))

@@ -16,8 +16,7 @@ from matplotlib.figure import Figure
 from scipy.integrate import trapezoid
 from scipy.optimize import brentq
 
-from iceslide_fem.film.lugs import lugs_of
-from iceslide_fem.film.voids import Voids
+from iceslide_fem.film.voids import Voids, lugs_of
 from iceslide_fem.laws.carrying_film import CarryingFilm
 from iceslide_fem.output.table import PassRow
 from iceslide_fem.postprocess.results import read_run

@@ -8,8 +8,13 @@ import numpy as np
 
 from iceslide_fem.postprocess.report.page import Chart, Curve
 from iceslide_fem.preprocess.rubber.case import RubberCase
-from iceslide_fem.preprocess.rubber.compound import Compound, temperatures
-from iceslide_fem.preprocess.rubber.curves import at_rate, simple_shear, uniaxial
+from iceslide_fem.preprocess.rubber.compound import (
+    Compound,
+    at_rate,
+    simple_shear,
+    temperatures,
+    uniaxial,
+)
 from iceslide_fem.relaxation.shift import NoShift, Shift, ShiftTable
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.units import ZERO_CELSIUS, celsius
