@@ -27,7 +27,7 @@ from scripts.studies.common import options, table
 MOVE = """([id, place]) => { const slider = document.getElementById(id); slider.value = place;
     slider.dispatchEvent(new Event("input", { bubbles: true })); }"""
 DRAWN = "name => Number(document.documentElement.dataset[name] ?? 0)"
-GAUSSIAN = {"gaussian.2": "30 mm"}
+GAUSSIAN = {"shape": "gaussian"}
 BLOCKS = GAUSSIAN | {"tread": "blocks"}
 DRY = {"dry_stress": "3.3 bar", "initial_height": "0 nm"}
 WHEELS: dict[str, Texts] = {
@@ -40,7 +40,7 @@ WHEELS: dict[str, Texts] = {
 # What is moved: a tab, its state in the address, its sliders, and what counts its drawings.
 MOVED: list[tuple[str, Texts, Sequence[Slider], str]] = [
     ("point", {"contact": "constants"}, point.SLIDERS, "drawn"),
-    ("wheel", {}, [s for s in wheel.TAB.sliders if s.key not in wheel.OF_BLOCKS], "wheels"),
+    ("wheel", {}, [s for s in wheel.TAB.sliders if s.key not in wheel.TAB.only], "wheels"),
     ("wheel", BLOCKS, wheel.TAB.sliders, "wheels"),
 ]
 
