@@ -14,7 +14,7 @@ with suppress(ImportError):
 
 def pytest_ignore_collect(collection_path, config):
     """In the lane of one mark, modules without that mark are not even imported."""
-    lane = config.option.markexpr
+    lane = config.option.markexpr.partition(" and not ")[0]
     if lane.isidentifier() and collection_path.name.startswith("test_"):
         return f"mark.{lane}" not in collection_path.read_text(encoding="utf-8") or None
     return None
