@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
-from pydantic import model_validator
+from pydantic import AfterValidator, model_validator
+from pydantic_core import PydanticCustomError
 
 from iceslide_fem.film.contact_age import contact_age
 from iceslide_fem.film.shear_strength import shear_strength
@@ -25,6 +26,7 @@ from iceslide_fem.scene.command_options import (
     scene_option,
 )
 from iceslide_fem.scene.input_file import InputFile
+from iceslide_fem.scene.materials import CONTACT_TABLES
 from iceslide_fem.scene.rules import TOGETHER, Is, Rule
 from iceslide_fem.scene.units import Quantity
 
@@ -48,6 +50,15 @@ WORDS = {
 }
 
 
+def _with_contact(compound: str) -> str:
+    if compound not in CONTACT_TABLES:
+        allowed = ", ".join(f'"{name}"' for name in CONTACT_TABLES)
+        raise PydanticCustomError(
+            "form", f"has no published contact parameters; allowed: {allowed}"
+        )
+    return compound
+
+
 class FilmOptions(CommandOptions):
     """Options of the film and the ice below it; SI units."""
 
@@ -62,7 +73,9 @@ class FilmOptions(CommandOptions):
     parts: ClassVar[Sequence[Part]] = ((("lug",), "water on the ice", "water"),)
 
     temperature: float = scene_option("ice.temperature", text="Temperature of the ice.")
-    compound: Literal["B"] = scene_option("rubber.compound", metavar="NAME", default="B")
+    compound: Annotated[str, AfterValidator(_with_contact)] = scene_option(
+        "rubber.compound", metavar="NAME", default="B"
+    )
     contact: InputFile | None = scene_option("film.contact", metavar="CSV")
     contact_age: InputFile | None = option(
         None, "Whose contact ages: its k, D and H_V, instead of the compound's.", "SCENE"
