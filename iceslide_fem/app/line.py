@@ -11,7 +11,7 @@ from iceslide_fem.app.tab import Tab, slider_of
 from iceslide_fem.preprocess.footprint.case import FootprintCase
 from iceslide_fem.preprocess.footprint.jaeger import TABLE_1_ICE, TABLE_1_RUBBER
 from iceslide_fem.preprocess.footprint.macroscopic import State
-from iceslide_fem.preprocess.footprint.reading import read_footprint, read_source
+from iceslide_fem.preprocess.footprint.reading import one_row, read_footprint
 from iceslide_fem.preprocess.footprint.survey import summary, survey
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.units import ZERO_CELSIUS
@@ -103,11 +103,13 @@ def curves(texts: Texts) -> dict[str, Any]:
         raise SceneError(missing([option_names("image")(source)]))
     if source == "image":  # a line knows nothing of the picture's width
         options["width"] = options["length"]
-        if "row" not in options:
-            whole = read_source(FootprintCase.of(options)).pressure_map
-            options["row"] = str(len(whole.pressure) // 2)
     case = FootprintCase.of(options)
-    found = survey(case, read_footprint(case))
+    read = read_footprint(case)
+    if source == "image" and case.row is None:
+        row = len(read.pressure_map.pressure) // 2
+        options["row"] = str(row)
+        case, read = FootprintCase.of(options), one_row(read, row)
+    found = survey(case, read)
     figures, film, line = summary(found), found.film, found.read.pressure_map
     of_film = figures["film"]
     series = {

@@ -41,13 +41,11 @@ def figure_of(parts: Sequence[Chart | HeatMap]) -> Figure:
     columns = len(parts) if len(parts) < 4 else 2 if len(parts) == 4 else 3
     rows = -(-len(parts) // columns)
     figure = Figure(figsize=(PANEL[0] * columns, PANEL[1] * rows))
-    right, between = BESIDE_MAPS if any(isinstance(part, HeatMap) for part in parts) else BESIDE
-    across = _spread(columns, PANEL[0], LEFT, right, between)
-    up = _spread(rows, PANEL[1], BELOW, ABOVE, BETWEEN_ROWS)
-    spread = dict(
-        zip(("left", "right", "wspace", "bottom", "top", "hspace"), (*across, *up), strict=True)
-    )
-    panels = list(figure.subplots(rows, columns, squeeze=False, gridspec_kw=spread).flat)
+    beside = BESIDE_MAPS if any(isinstance(part, HeatMap) for part in parts) else BESIDE
+    left, right, wspace = _spread(columns, PANEL[0], LEFT, *beside)
+    bottom, top, hspace = _spread(rows, PANEL[1], BELOW, ABOVE, BETWEEN_ROWS)
+    figure.subplots_adjust(left, bottom, right, top, wspace, hspace)
+    panels = list(figure.subplots(rows, columns, squeeze=False).flat)
     for panel, part in zip(panels, parts, strict=False):
         panel.set(xlabel=part.x, ylabel=part.y)
         panel.set_title(part.title, fontsize=11)

@@ -74,13 +74,13 @@ def read_footprint(case: FootprintCase) -> ReadFootprint:
             f"--line {case.line} has temperatures or states, which are of the thesis's balance; "
             "give --thesis-balance, too, or leave them out"
         )
-    return read if case.row is None else _one_row(read, case.row)
+    return read if case.row is None else one_row(read, case.row)
 
 
 def read_source(case: SourceOptions) -> ReadFootprint:
     """The pressures. Raises SceneError for invalid data."""
     read = _whole(case)
-    return read if case.row is None else _one_row(read, case.row)
+    return read if case.row is None else one_row(read, case.row)
 
 
 def _whole(case: SourceOptions) -> ReadFootprint:
@@ -215,7 +215,7 @@ def _fitting(values: Array, contact: Mask, option: str) -> Array:
     return values[::-1]
 
 
-def _one_row(read: ReadFootprint, row: int) -> ReadFootprint:
+def one_row(read: ReadFootprint, row: int) -> ReadFootprint:
     """One line of pixels, `row` from the top."""
     footprint = read.pressure_map
     rows = len(footprint.pressure)
