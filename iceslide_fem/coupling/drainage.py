@@ -15,11 +15,10 @@ import numpy as np
 from iceslide_fem.coupling.state import CoupledState
 from iceslide_fem.coupling.subcycles import Subcycles
 from iceslide_fem.fenics.compat import MPI
-from iceslide_fem.film.carrying import LUG
 from iceslide_fem.film.integrators import InterfaceState
+from iceslide_fem.film.loads import LUG
 from iceslide_fem.film.voids import Lugs, open_sipes
 from iceslide_fem.interface.film_frame import ContactLoads, FilmFrame
-from iceslide_fem.laws.carrying_film import CarryingFilm
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.contact_surface import ContactSurface, area_vectors
 from iceslide_fem.runtime.arrays import Array
@@ -176,6 +175,5 @@ def _openness(stored: Array, room: Array) -> Array:
 
 def drainage_of(block: Block, frame: FilmFrame) -> Drainage:
     """The drainage of `block` under its friction law."""
-    if isinstance(block.law, CarryingFilm):
-        return Sipes(block, frame, block.law.lugs)
-    return Undrained(block)
+    wet = block.law.wet
+    return Undrained(block) if wet is None else Sipes(block, frame, wet.lugs)

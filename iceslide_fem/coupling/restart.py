@@ -101,7 +101,10 @@ def checkpoint_tables(sliding: Sliding) -> dict[str, Any]:
         "layers_for": sliding.layers_for,
         "stored": now.stored.tolist(),
         "nodes": layouts.nodes.kept({k: v.reshape(-1, dim).T for k, v in nodes.items()}),
-        "points": layouts.points.kept({"speed": now.speed, "shear": now.shear}),
+        "points": layouts.points.kept(
+            {"speed": now.speed, "shear": now.shear}
+            | ({"age": state.age} if len(state.age) else {})
+        ),
         "films": layouts.films.kept(films),
         "memory": layouts.internal.kept({"memory": state.internal} if len(state.internal) else {}),
         "ice": layouts.ice.kept(frame.ice.saved(state.ice)),
@@ -155,6 +158,7 @@ def resumed(
                 frame.ice.restored(layouts.ice.own(kept("ice"))),
                 frame.rubber.restored(layouts.rubber.own(kept("rubber"))),
                 internal["memory"] if internal else np.zeros((0, films["log_height"].size)),
+                points.get("age", np.zeros((0, points["speed"].size))),
             ),
             quiescent=state["steady"],
             sliding_distance=state["way"],

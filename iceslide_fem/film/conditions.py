@@ -7,16 +7,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from iceslide_fem.film.aged_loads import AgedLoading
 from iceslide_fem.film.contact_age import contact_age
 from iceslide_fem.film.passes import Passes
-from iceslide_fem.film.point_conditions import Conditions, InTime, Loading
+from iceslide_fem.film.point_conditions import Conditions, Loading
 from iceslide_fem.film.rubber_heat import INSULATED, HalfFilm, Insulated, RubberColumns
 from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.film.shear_strength import DRY, shear_strength
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene import Scene
-from iceslide_fem.scene.course import SAMPLED
+from iceslide_fem.scene.course import SAMPLED, Course
 from iceslide_fem.scene.materials import Ground
 
 # Number of steps of a run with fixed steps, unless numerics.max_step is given.
@@ -107,7 +106,7 @@ def conditions_at(
         "initial_height": scene.initial_height,
         "viscosity": scene.viscosity,
         "strength": shear_strength(scene),
-        "refreeze": scene.film.refreeze,
+        "refreeze": scene.refreeze if scene.film.voids == "stop" else "nothing",
     }
     contact = {"k": k, "D": D, "H_V": H_V}
     ridden = {"pressure": pressure, "speed": speed, "duration": duration}
@@ -135,7 +134,7 @@ def varied_conditions(scene: Scene, **varied: ArrayLike) -> Conditions:
     height = scene.height_on(varied.get("temperature", fixed["temperature"]))
     fixed |= {"k": k, "D": D, "H_V": H_V, "initial_height": height}
     fixed["duration"] = np.broadcast_to(fixed["duration"], count)
-    return Conditions.of(strength=strength, refreeze=scene.film.refreeze, **fixed | varied)
+    return Conditions.of(strength=strength, refreeze=scene.refreeze, **fixed | varied)
 
 
 def scene_passes(scene: Scene) -> Passes:
@@ -146,12 +145,13 @@ def scene_passes(scene: Scene) -> Passes:
     return Passes(load.passes, load.period or load.duration, film.between)
 
 
-def scene_loading(scene: Scene) -> InTime | None:
+def scene_loading(scene: Scene) -> Loading | None:
     """Time dependence of the scene's loads and contact; None if all is constant."""
     load, age = scene.load, contact_age(scene)
-    loads = None
+    if not load.changes and age is None:
+        return None
+    courses: tuple[Course | None, Course | None] = (None, None)
     if load.changes:
         near = SAMPLED * scene.numerics.tolerance
         courses = load.pressures.sampled(near), load.speeds.sampled(near)
-        loads = Loading(*courses, scene.contact_parameters)
-    return loads if age is None else AgedLoading(age, loads)
+    return Loading(*courses, scene.contact_parameters, age)

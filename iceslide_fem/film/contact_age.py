@@ -12,8 +12,7 @@ with the reduced time xi, d xi = dt / a_T(T), and J_i and lambda_i of `relaxatio
 
 Under falling pressure the contact stays at the largest p_e since touchdown. This is an upper bound:
 real contact shrinks with a delay (T. C. T. Ting, J. Appl. Mech. 33 (1966) 845). An opened contact
-is reset. Above films on sliding ice nothing is held, because the rubber above a piece of ice
-changes all the time.
+is reset. The history belongs to the points of the rubber; below a wheel nothing is held.
 """
 
 from __future__ import annotations
@@ -37,7 +36,7 @@ CONTACT_AREA = AREA.column
 class ContactAge:
     """Ageing contact: its `table` at the instantaneous modulus, and the rubber's creep.
 
-    History variables of a place: the largest p_e so far, and c_i of (2), Pa, (1 + arms, n). holds:
+    History variables of a point of the rubber: the largest p_e so far, and c_i of (2), Pa, (1 + arms, n). holds:
     whether the largest p_e is held; it is 0 if not.
     """
 
@@ -62,15 +61,14 @@ class ContactAge:
         """History variables of `n` untouched places."""
         return np.zeros((self.rows, n))
 
-    def after(self, history: Array, start: Array, end: Array, here: Array, reduced: Array) -> Array:
+    def after(self, history: Array, start: Array, end: Array, reduced: Array) -> Array:
         """History after a `reduced` time (s), (n,); exact for linearly changing pressures.
 
-        start, end: pressures (Pa) averaged over the whole place at both ends; here: pressure at the
-        end, over the contact part of the place.
+        start, end: pressures (Pa) at both ends.
         """
         creeping = delayed(history[1:], start, end, reduced / self._times)
-        largest = np.maximum(history[0], here + self._fractions @ creeping)
-        held = self.holds & (here > 0.0)
+        largest = np.maximum(history[0], end + self._fractions @ creeping)
+        held = self.holds & (end > 0.0)
         return np.concatenate([np.where(held, largest, 0.0)[None], creeping])
 
     def so_far(self, history: Array) -> AgedContact:
@@ -107,6 +105,11 @@ class AgedContact:
         found = self.table(self.equivalent(pressure))
         return found._replace(dk_dp=np.where(self._rises(pressure), found.dk_dp, 0.0))
 
+    def softness(self, pressure: Array) -> Array:
+        """p_e / p (n,): the growth of the compliance, 1 without pressure."""
+        equivalent = self.equivalent(pressure)
+        return np.divide(equivalent, pressure, out=np.ones_like(equivalent), where=pressure > 0.0)
+
     def contact_area(self, pressure: ArrayLike) -> tuple[Array, Array]:
         """k and its derivative with pressure, 1/Pa."""
         k, slope = self.table.contact_area(self.equivalent(pressure))
@@ -129,5 +132,4 @@ def contact_age(scene: Scene) -> ContactAge | None:
     relaxation = scene.rubber.relaxation
     if not scene.film.contact_age or relaxation is None:
         return None
-    passes = scene.ice.motion == "sliding" and scene.film.carrier == "ice"
-    return ContactAge(scene.touching_table, relaxation, holds=not passes)
+    return ContactAge(scene.touching_table, relaxation)

@@ -25,8 +25,9 @@ End = TypeVar("End", contravariant=True)
 class InterfaceState(NamedTuple):
     """State of the interface: ln h and H_s (m) per film, heat states of ice and rubber.
 
-    internal: internal variables (m, n), see `film.law.FilmHistory`. The film law has them only with
-    a temperature-dependent viscosity or a contact age.
+    internal: internal variables (m, n), see `film.law.FilmHistory`; age: history of the contact at
+    the rubber's points, (rows, n_points), empty without contact age. The age is constant in a step
+    of the integrator.
     """
 
     log_height: Array
@@ -34,10 +35,21 @@ class InterfaceState(NamedTuple):
     ice: Array
     rubber: Array = np.zeros((0, 1))
     internal: Array = np.zeros((0, 1))
+    age: Array = np.zeros((0, 1))
 
     def take(self, index: Index) -> InterfaceState:
         """The state at the points of `index`."""
         return InterfaceState(*(part.take(index, axis=-1, mode="clip") for part in self))
+
+
+class Weights(NamedTuple):
+    """Weights of local errors: of ln h where nothing melts, and of the water in the voids."""
+
+    dry: float = 1.0
+    water: float = 1.0
+
+
+EVEN = Weights()
 
 
 class InStage(Protocol):
@@ -95,7 +107,9 @@ class Loads(Acting, Protocol):
     def shear_change(self, state: InterfaceState, other: InterfaceState, ice: IceHeat) -> Array:
         """Relative difference (n,) of the shear in the `other` state to the shear in `state`."""
 
-    def local_error(self, step: Step, ice: IceHeat, rubber: RubberHeat, scale: Array) -> Array:
+    def local_error(
+        self, step: Step, ice: IceHeat, rubber: RubberHeat, scale: Array, weights: Weights = EVEN
+    ) -> Array:
         """Relative local errors (n,) of a `step` that ends here; `scale` of temperatures, K."""
 
 
@@ -128,54 +142,55 @@ class Step(NamedTuple):
         """Change of the state in the last stage."""
         return self.changes[-1]
 
+    @property
+    def total(self) -> InterfaceState:
+        """Change of the state over the step."""
+        weights = [weight / self.integrator.diagonal for weight in self.weights]
+        return InterfaceState(*(weighted(weights, list(p)) for p in zip(*self.changes, strict=True)))
+
     def error(self, part: Callable[[InterfaceState], Array]) -> Array:
         """Local error of a linear function of the state.
 
         The weights have the sum 0, so constants such as T_0 cancel.
         """
         weights = [weight / self.integrator.diagonal for weight in self.integrator.estimate]
-        return _sum(weights, [part(change) for change in self.changes])
+        return weighted(weights, [part(change) for change in self.changes])
 
     @property
     def friction_work(self) -> Array:
         """Friction work over the step, J/m2: heat of ice and rubber plus latent heat."""
-        return self.dt * _sum(self.weights, [s.friction_power for s in self.stages])
+        return self.dt * weighted(self.weights, [s.friction_power for s in self.stages])
 
     @property
     def ice_heat(self) -> Array:
         """Heat into the ice over the step, J/m2."""
-        return self.dt * _sum(self.weights, [s.ice_flux for s in self.stages])
+        return self.dt * weighted(self.weights, [s.ice_flux for s in self.stages])
 
     @property
     def rubber_heat(self) -> Array:
         """Heat into the rubber over the step, J/m2."""
-        return self.dt * _sum(self.weights, [s.rubber_flux for s in self.stages])
+        return self.dt * weighted(self.weights, [s.rubber_flux for s in self.stages])
 
     @property
     def latent_heat(self) -> Array:
         """Latent heat of melting over the step, J/m2."""
-        return self.dt * _sum(self.weights, [s.melt_power for s in self.stages])
+        return self.dt * weighted(self.weights, [s.melt_power for s in self.stages])
 
     @property
     def squeezed(self) -> Array:
         """Height squeezed out over the step, minus the outflow of full voids, m."""
         weights = [weight / self.integrator.diagonal for weight in self.weights]
-        return _sum(weights, [change.squeezed_height for change in self.changes])
+        return weighted(weights, [change.squeezed_height for change in self.changes])
 
     @property
     def flowed_out(self) -> Array:
         """Outflow of full voids over the step, m."""
-        return self.dt * _sum(self.weights, [stage.outflow for stage in self.stages])
+        return self.dt * weighted(self.weights, [stage.outflow for stage in self.stages])
 
     @property
     def shearing_rate(self) -> Array:
         """Time derivative of `log_shearing` at the end of the step, 1/s."""
         return log_shearing(self.change) / self.stage_dt
-
-    @property
-    def mean_shearing(self) -> Array:
-        """Mean of eta / (eta_0 h) over the step, 1/m; of 1/h for constant viscosity."""
-        return _sum(self.weights, [stage.shearing for stage in self.stages])
 
 
 def advance(
@@ -213,6 +228,7 @@ def advance(
             new_ice,
             rubber.heated(begin.rubber, stage_dt, stage.rubber_flux),
             acting.internal_after(begin.internal, stage),
+            begin.age,
         )
         stages.append(stage)
         changes.append(InterfaceState(*(b - a for a, b in zip(begin, new, strict=True))))
@@ -264,14 +280,14 @@ def _combine(
     begin = []
     for i, part in enumerate(state):
         if part.size:
-            more = _sum(weights, [one[i] for one in changes])
+            more = weighted(weights, [one[i] for one in changes])
             begin.append(np.add(part, more, out=more))
         else:
             begin.append(part)
     return InterfaceState(*begin)
 
 
-def _sum(weights: Sequence[float], parts: list[Array]) -> Array:
+def weighted(weights: Sequence[float], parts: list[Array]) -> Array:
     """Sum of the weighted parts; zero without weights."""
     if not weights or not parts[0].size:
         return np.zeros_like(parts[0])

@@ -85,13 +85,14 @@ class Surface(NamedTuple):
     The surface temperature is `offset` + `resistance` * q (K, K m2/W) under the flux q. At the
     melting temperature of its `solid` the surface takes `melted_flux` (W/m2). It melts if the
     friction power is larger. With heat in the rubber this is the joint response of both bodies, and
-    q the sum of their fluxes.
+    q the sum of their fluxes, `into_rubber` (W/m2) the rubber's part of the `melted_flux`.
     """
 
     offset: Array
     resistance: Array
     melted_flux: Array
     solid: Solid = ICE
+    into_rubber: Array | float = 0.0
 
     @classmethod
     def of(cls, offset: Array, resistance: Array, solid: Solid = ICE) -> Surface:

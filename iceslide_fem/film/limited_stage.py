@@ -1,27 +1,28 @@
-"""A film under a limiting shear stress in one implicit stage, with melting and freezing.
+"""A film under a limiting shear stress, or one that freezes, in one implicit stage.
 
 Where ice melts or water freezes, the surface is at the melting point. tau_b is then that at T_m,
 and the height follows from one equation. Elsewhere the height follows from squeeze-out alone, and
 tau_b is that at the temperature caused by its friction.
 
-Freezing: while the friction power q_f is below the flux that holds the surface at T_m, the film
+Freezing (`film.phase`): while the friction power q_f is below the flux q that the film feeds, it
 freezes,
 
-    dh/dt = -(q_ice - q_f) / (rho L),
+    dh/dt = -(q - q_f) / (rho L),
 
-until it is gone. Then the squeezed-out water freezes, if `refreeze` includes it. Freezing is
-limited by the water; the latent heat goes into the ice.
+until it is gone. Then other water of the place feeds the flux, as far as it lasts. The latent heat
+goes into the ice.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from iceslide_fem.film.height import CLOSE, Terms, log_height_of
 from iceslide_fem.film.law import FilmForcing, FilmStage, Surface
 from iceslide_fem.film.limiting_shear import NO_STRENGTH, LimitingShear, dry_strength, shearing
+from iceslide_fem.film.phase import Phase
 from iceslide_fem.runtime.arrays import Array, Index, Mask
 
 # Largest height, over s, that may freeze completely in one stage. A thicker film would lose water,
@@ -36,7 +37,7 @@ class LimitedHeight(NamedTuple):
         = 0
 
     h_b (`dry`, m) is that at the melting point. least is 0 where nothing freezes, else minus
-    infinity. The other symbols are those of `HeightEquation`.
+    infinity. Without a limit h_b and s (`added`) are 0. The other symbols are those of `HeightEquation`.
     """
 
     start: Array
@@ -96,6 +97,14 @@ class LimitedHeight(NamedTuple):
         return out, slope, second * whole - slope
 
 
+class FreezingLoads(FilmForcing, Protocol):
+    """Loads of films, and what freezes."""
+
+    @property
+    def phase(self) -> Phase | None:
+        """Freezing in this stage; None if nothing freezes."""
+
+
 class Water(NamedTuple):
     """Films at the end of a stage: y = ln(h + s), mask of frozen films, freezing power (W/m2)."""
 
@@ -109,37 +118,35 @@ def limited_stage(
     log_height: Array,
     squeezed: Array,
     dt: Array | float,
-    loads: FilmForcing,
+    loads: FreezingLoads,
     ice: Surface,
     near: Array | None = None,
     close: float = CLOSE,
 ) -> FilmStage:
     """The film law under a limiting shear stress in one implicit stage, as `implicit_stage`."""
-    T_m, R = ice.solid.melting_temperature, ice.resistance
+    T_m, R, phase = ice.solid.melting_temperature, ice.resistance, loads.phase
     drag, power = limit.drag(loads.speed), loads.viscous * loads.speed
     softest = np.maximum(limit.strength.strength[0], NO_STRENGTH * limit.strength.strength[-1])
     unit = dt / ice.solid.melting_enthalpy
     room = loads.free_height - squeezed
-    least = -np.inf if limit.freezes else 0.0
+    fed = ice.melted_flux if phase is None else phase.of_film(ice)
+    least = 0.0 if phase is None else np.where(phase.films, -np.inf, 0.0)
     parts = (
-        log_height, dt * loads.squeeze_rate, room, unit * power, unit * ice.melted_flux,
-        drag / softest, limit.added, least,
+        log_height, dt * loads.squeeze_rate, room, unit * power, unit * fed, drag / softest,
+        limit.added, least,
     )  # fmt: skip
     equation = LimitedHeight(*(np.broadcast_to(part, log_height.shape) for part in parts))
-    y, gone, given = _water(equation, unit, limit.freezes, near, close)
+    y, gone, given = _water(equation, unit, phase, near, close)
     h = limit.height(y)
     molten = power * softest / (h * softest + drag)
-    at_melting = ~gone if limit.freezes else molten > ice.melted_flux
-    available = np.zeros_like(y)
-    if limit.freezes:
-        available = limit.height(log_height) / unit
-    voids = np.zeros_like(y)
-    if limit.voids_freeze:
-        stored = np.maximum(squeezed, 0.0) / unit
-        voids = np.where(gone, np.clip(ice.melted_flux - molten - given, 0.0, stored), 0.0)
-        at_melting = at_melting | (gone & (voids < stored))
-        available += stored
-    given = given + voids
+    available, other = np.zeros_like(y), np.zeros_like(y)
+    at_melting = molten > ice.melted_flux
+    if phase is not None:
+        stored = phase.stored / unit
+        other = np.where(gone, np.clip(fed - molten - given, 0.0, stored), 0.0)
+        at_melting |= phase.films & (~gone | (other < stored))
+        available = np.where(phase.films, limit.height(log_height) / unit + stored, 0.0)
+    given = given + other
     found = dry_strength(limit.strength, T_m - ice.offset - R * given, R, power, h, drag)
     strength = np.where(at_melting, softest, np.maximum(found.strength, softest))
     q_f = np.where(at_melting, molten, found.flux)
@@ -153,8 +160,8 @@ def limited_stage(
     free = T_m + R * (unmolten - ice.melted_flux) / (1.0 + less)
     flow = dt * loads.squeeze_rate * h**3
     stays = squeezed + np.minimum(flow, room)
-    if limit.voids_freeze:  # start values may be below 0 by rounding
-        stays = np.maximum(stays - unit * voids, 0.0)
+    if phase is not None:  # start values may be below 0 by rounding
+        stays = np.where(other > 0.0, np.maximum(stays - unit * other, 0.0), stays)
     sheared = shearing(h, strength, drag)
     return FilmStage(
         y,
@@ -173,10 +180,58 @@ def limited_stage(
     )
 
 
+def freezing_stage(
+    log_height: Array,
+    squeezed: Array,
+    dt: Array | float,
+    loads: FreezingLoads,
+    ice: Surface,
+    near: Array | None = None,
+    close: float = CLOSE,
+) -> FilmStage:
+    """The published film law with freezing films in one implicit stage, as `implicit_stage`.
+
+    The heat of shearing grows as a film gets thinner, so a film never freezes completely.
+    """
+    phase, power = loads.phase, loads.viscous * loads.speed
+    assert phase is not None
+    unit, room = dt / ice.solid.melting_enthalpy, loads.free_height - squeezed
+    least, nothing = np.where(phase.films, -np.inf, 0.0), np.zeros_like(log_height)
+    parts = (
+        log_height, dt * loads.squeeze_rate, room, unit * power, unit * phase.of_film(ice),
+        nothing, nothing, least,
+    )  # fmt: skip
+    equation = LimitedHeight(*(np.broadcast_to(part, log_height.shape) for part in parts))
+    y, _ = log_height_of(equation, near, close)
+    y = np.where(equation.slope(y) > 0.0, y, np.nan)
+    h = np.exp(y)
+    q_f = power / h
+    melting = np.asarray(phase.films | (q_f > ice.melted_flux))
+    q_ice = np.where(melting, ice.melted_flux, np.minimum(q_f, ice.melted_flux))
+    q_melt = q_f - q_ice
+    unmolten = q_f * (1.0 + unit * np.maximum(q_melt, 0.0) / h)
+    unmolten += np.where(q_melt < 0.0, (np.exp(log_height) + phase.stored) / unit, 0.0)
+    flow = dt * loads.squeeze_rate * h**3
+    return FilmStage(
+        y,
+        squeezed + np.minimum(flow, room),
+        q_f,
+        q_ice,
+        q_melt,
+        ice.offset + ice.resistance * unmolten,
+        melting,
+        flow > room,
+        flow - room,
+        melting.astype(float),
+        np.zeros_like(q_ice),
+        shearing=1.0 / h,
+    )
+
+
 def _water(
     equation: LimitedHeight,
     unit: Array | float,
-    freezes: bool,
+    phase: Phase | None,
     near: Array | None,
     close: float,
 ) -> Water:
@@ -185,11 +240,11 @@ def _water(
     unit: melted height per power, m3/W.
     """
     nothing = np.zeros(equation.start.shape, dtype=bool)
-    if not freezes:
+    if phase is None:
         return Water(log_height_of(equation, near, close)[0], nothing, np.zeros(nothing.shape))
     dry = np.log(equation.added)
     thin = equation.start <= dry + np.log1p(THIN)
-    gone = thin & (equation.residual(dry) >= 0.0)
+    gone = thin & (equation.residual(dry) >= 0.0) & phase.films
     y = dry.copy()
     rest = np.flatnonzero(~gone)
     left = equation.take(rest)

@@ -40,15 +40,12 @@ ROUNDING = 1e-12
 class LimitingShear(NamedTuple):
     """Limit of the shear of films.
 
-    It has tau_b, the viscosity eta (Pa s) and s (m), scalars or one per point, and whether films
-    and squeezed-out water freeze.
+    It has tau_b, the viscosity eta (Pa s) and s (m), scalars or one per point.
     """
 
     strength: ShearStrength
     viscosity: Array | float
     added: Array | float
-    freezes: bool = False
-    voids_freeze: bool = False
 
     @classmethod
     def of(
@@ -56,30 +53,34 @@ class LimitingShear(NamedTuple):
         strength: ShearStrength,
         viscosity: Array | float,
         speed: Array | float,
-        refreeze: str = "nothing",
+        freezes: bool = False,
     ) -> LimitingShear:
         """The limit with s = h_b at the melting point and at a `speed` (m/s), at most `MOST_ADDED`.
 
-        refreeze: "nothing", "film" or "all".
+        freezes: whether films freeze.
         """
         with np.errstate(divide="ignore"):
             thickness = viscosity * np.maximum(speed, SLOWEST) / strength.strength[0]
         added = np.minimum(thickness, MOST_ADDED)
-        if refreeze != "nothing":
+        if freezes:
             added = np.maximum(added, LEAST_ADDED)
         number = added if added.size > 1 else float(added[0])
-        return cls(strength, viscosity, number, refreeze != "nothing", refreeze == "all")
+        return cls(strength, viscosity, number)
 
     @classmethod
     def together(cls, limits: Sequence[LimitingShear], sizes: Sequence[int]) -> LimitingShear:
-        """One limit for the points of several; they freeze alike and have equally many rows."""
+        """One limit for the points of several, with equally many rows."""
         numbers = (
             np.concatenate([np.full(n, value) for value, n in zip(values, sizes, strict=True)])
             for values in zip(*(limit[1:3] for limit in limits), strict=True)
         )
         strength = ShearStrength.together([limit.strength for limit in limits], sizes)
         viscosity, added = numbers
-        return cls(strength, viscosity, added, limits[0].freezes, limits[0].voids_freeze)
+        return cls(strength, viscosity, added)
+
+    def at_viscosity(self, ratio: Array) -> LimitingShear:
+        """The limit with a viscosity of `ratio` times this one, (n,)."""
+        return self._replace(viscosity=self.viscosity * ratio)
 
     def take(self, index: Index) -> LimitingShear:
         """The same at the points of `index`."""

@@ -3,8 +3,15 @@
     viscous coefficient   c = k eta v, so that tau = c / h        (5.29)
     squeeze rate          K3 = 8 p / (3 eta D^2)                  (6.5)
 
-Equation numbers are those of R. Leonardi's thesis. With a temperature-dependent viscosity
-(`viscosity`), loads use a constant eta_0, and ln(eta / eta_0) is an internal variable.
+Equation numbers are those of R. Leonardi's thesis. The film law is made of components: contact (k,
+D, H_V), shear (viscous, or limited by a strength), voids (squeeze-out stops, or they carry), phase
+change (melts, freezes), and a viscosity over temperature. A law that has other components than the
+published one has internal variables of its films, in this order:
+
+    ln(eta (h + s) / (eta_0 (h + h_b)))    s and h_b as in `limiting_shear`, 0 without a limit
+    tau_b                                  with a limit
+    ln(eta / eta_0)                        with a viscosity over temperature
+    B                                      with voids that carry: length of the lug above, m
 """
 
 from __future__ import annotations
@@ -15,17 +22,21 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
+from iceslide_fem.film.carrying import Beside, Carried
 from iceslide_fem.film.height import CLOSE
 from iceslide_fem.film.ice_heat import IceHeat
-from iceslide_fem.film.integrators import InterfaceState, Step, error_norms
+from iceslide_fem.film.integrators import EVEN, InterfaceState, Step, Weights, error_norms
 from iceslide_fem.film.law import FilmHistory, FilmStage, Surface, log_shearing
-from iceslide_fem.film.limited_stage import limited_stage
+from iceslide_fem.film.limited_stage import freezing_stage, limited_stage
 from iceslide_fem.film.limiting_shear import LimitingShear
+from iceslide_fem.film.phase import Phase, Refreeze
 from iceslide_fem.film.rubber_heat import RubberHeat
 from iceslide_fem.film.viscosity import VariableViscosity, consistent_viscosity
 from iceslide_fem.runtime.arrays import Array, Index, Mask
 from iceslide_fem.scene.materials import WATER_VISCOSITY
 
+JUMP = 0.1  # K, of a surface that water meets
+LUG = -1  # number of the internal variable B
 T = TypeVar("T", float, Array)
 
 
@@ -33,8 +44,11 @@ class FilmLoads(NamedTuple):
     """Loads of the film at each point; arrays of one shape.
 
     viscous: c = k eta v (Pa m), so that tau = c / h; speed: v (m/s); squeeze_rate: K3 (1/(m2 s));
-    free_height: H_V (m). With `variable_viscosity` eta depends on the film's temperature, and these
-    use its reference eta_0. With a `limit` tau is at most the dry shear strength.
+    free_height: H_V (m). The other fields are components of the law, None if it does not have them.
+
+    variable_viscosity: eta depends on the film's temperature, and the arrays use its reference
+    eta_0; limit: tau is at most the dry shear strength; carried: full voids bear load; refreeze,
+    phase: which water freezes (`film.phase`), phase that of a stage.
     """
 
     viscous: Array
@@ -43,30 +57,49 @@ class FilmLoads(NamedTuple):
     free_height: Array
     variable_viscosity: VariableViscosity | None = None
     limit: LimitingShear | None = None
+    carried: Carried | None = None
+    refreeze: Refreeze = "nothing"
+    phase: Phase | None = None
+
+    @property
+    def alone(self) -> bool:
+        """Whether a stage has no other unknown than the film's height and strength."""
+        return self.variable_viscosity is None and self.carried is None
 
     def take(self, index: Index) -> FilmLoads:
         """The loads at `index`."""
-        variable_viscosity = self.variable_viscosity and self.variable_viscosity.take(index)
-        limit = self.limit and self.limit.take(index)
         viscous, speed, squeeze, free = (part.take(index, mode="clip") for part in self[:4])
-        return FilmLoads(viscous, speed, squeeze, free, variable_viscosity, limit)
+        return FilmLoads(
+            viscous,
+            speed,
+            squeeze,
+            free,
+            self.variable_viscosity and self.variable_viscosity.take(index),
+            self.limit and self.limit.take(index),
+            self.carried and self.carried.take(index),
+            self.refreeze,
+        )
 
     def completed(self, covered: Mask, other: FilmLoads) -> FilmLoads:
-        """Loads at one end of a step; uncovered places have speed and H_V of the `other` end."""
+        """Loads at one end of a step; uncovered places have speed, H_V and the pressure on voids of
+        the `other` end.
+        """
+        carried = self.carried
+        if carried is not None and other.carried is not None:
+            carried = carried.completed(covered, other.carried)
         return self._replace(
             speed=np.where(covered, self.speed, other.speed),
             free_height=np.where(covered, self.free_height, other.free_height),
+            carried=carried,
         )
 
     def begun(
         self, dt: Array | float, state: InterfaceState, ice: IceHeat, rubber: RubberHeat
     ) -> FilmLoads:
-        """These loads: they do not depend on the history."""
-        return self
-
-    def of(self, state: FilmHistory) -> FilmLoads:
-        """These loads: they do not depend on the state."""
-        return self
+        """These loads, with voids below the lugs in `state`."""
+        if self.carried is None or not len(state.internal):
+            return self
+        return self._replace(carried=self.carried.below(state.internal[LUG]))
 
     def at(self, end: FilmLoads, fraction: float) -> FilmLoads:
         """Loads at `fraction` of a step that ends with `end`, by linear interpolation."""
@@ -85,11 +118,20 @@ class FilmLoads(NamedTuple):
 
         Squeezed-out water stays outside, even if a rising pressure lowers H_V.
         """
+        phase = None
+        if self.refreeze in ("film", "all"):
+            stored = np.maximum(start.squeezed_height, 0.0) if self.refreeze == "all" else 0.0
+            phase = Phase(stored)
         free = np.maximum(self.free_height, before.squeezed_height)
-        loads = self._replace(free_height=free)
-        history = start.log_height, start.squeezed_height, dt, loads, start.internal
-        law = stage if self.limit is None else partial(limited_stage, self.limit)
-        return FilmOnIce(partial(law, near=near, close=close), *history)
+        loads = self._replace(free_height=free, phase=phase)
+        law: Callable[..., FilmStage] = partial(stage, near=near, close=close)
+        if self.limit is not None:
+            law = partial(limited_stage, near=near, close=close)
+        elif self.refreeze != "nothing":
+            law = partial(freezing_stage, near=near, close=close)
+        return FilmOnIce(
+            law, start.log_height, start.squeezed_height, dt, loads, start.internal
+        )
 
     def height(self, log_height: Array) -> Array:
         """h (m) from ln h, or from ln(h + s) with a limit."""
@@ -97,43 +139,117 @@ class FilmLoads(NamedTuple):
 
     def internal_after(self, before: Array, stage: FilmStage) -> Array:
         """Internal variables after the `stage`, which were `before` at its start."""
-        return stage.internal if len(before) else before
+        if not len(before):
+            return before
+        return stage.internal if self.carried is None else np.vstack([stage.internal, before[LUG]])
 
     def shear(self, state: InterfaceState, ice: IceHeat) -> Array:
         """tau (Pa), (n,), of films in `state`, independent of the ice."""
-        return np.asarray(self.viscous * np.exp(self.log_shearing(state)))
+        shearing = np.exp(self.log_shearing(state))
+        if self.carried is None:
+            return np.asarray(self.viscous * shearing)
+        shared = self.carried.sharing(self, state.squeezed_height)
+        return np.asarray(shared.film.viscous * shearing + shared.thick)
+
+    @property
+    def viscosity_row(self) -> int:
+        """Number of the internal variable ln(eta / eta_0)."""
+        return 1 if self.limit is None else 2
+
+    def at_viscosity(self, ratio: Array) -> FilmLoads:
+        """The loads with a viscosity of `ratio` times the reference, (n,)."""
+        limit, carried = self.limit, self.carried
+        return self._replace(
+            viscous=ratio * self.viscous,
+            squeeze_rate=self.squeeze_rate / ratio,
+            limit=limit and limit.at_viscosity(ratio),
+            carried=carried and carried._replace(viscosity=carried.viscosity * ratio),
+        )
+
+    def growth(self, state: FilmHistory) -> Array | float:
+        """Ratio of tau in `state` to tau with all pressure on the asperities, (n,)."""
+        if self.carried is None:
+            return 1.0
+        whole = self.viscous * np.exp(self.log_shearing(state))
+        shared = self.carried.sharing(self, state.squeezed_height)
+        now = shared.film.viscous * np.exp(self.log_shearing(state)) + shared.thick
+        return np.divide(now, whole, out=np.ones_like(now), where=whole != 0.0)
+
+    def stress(self, stage: FilmStage) -> Array:
+        """tau (Pa) at the end of a `stage` under these loads, (n,)."""
+        if self.carried is None:
+            return np.asarray(self.viscous * stage.shearing)
+        shared = self.carried.sharing(self, stage.squeezed_height)
+        return np.asarray(shared.film.viscous * stage.shearing + shared.thick)
+
+    def bend(self, middle: FilmLoads, end: FilmLoads) -> Array:
+        """Relative distance of loads in the `middle` of a step from the line between its ends."""
+        line = interpolate(self, end, 0.5)
+        gaps = (
+            np.abs(getattr(middle, name) - getattr(line, name))
+            / np.maximum(np.abs(getattr(end, name)), np.abs(getattr(self, name)) + 1e-300)
+            for name in ("viscous", "squeeze_rate")
+        )
+        return np.maximum(*gaps)
 
     def force(self, step: Step) -> Array:
         """Magnitude of tau (Pa) at the end of the `step`, (n,)."""
-        return np.asarray(np.abs(self.viscous) * np.exp(log_shearing(step.state)))
+        shearing = np.exp(log_shearing(step.state))
+        if self.carried is None:
+            return np.asarray(np.abs(self.viscous) * shearing)
+        shared = self.carried.sharing(self, step.state.squeezed_height)
+        return np.abs(shared.film.viscous * shearing + shared.thick)
 
     def log_shearing(self, state: FilmHistory) -> Array:
         """ln(tau / c), (n,), of films in `state` at these slip speeds."""
         if self.limit is None:
             return log_shearing(state)
-        return self.limit.log_shearing(state, self.speed)
+        if self.variable_viscosity is None:
+            return self.limit.log_shearing(state, self.speed)
+        ratio = state.internal[self.viscosity_row]
+        return ratio + self.limit.at_viscosity(np.exp(ratio)).log_shearing(state, self.speed)
 
     def shear_change(self, state: InterfaceState, other: InterfaceState, ice: IceHeat) -> Array:
         """Relative difference (n,) of the shear in the `other` state to the shear in `state`."""
-        return self.log_shearing(other) - self.log_shearing(state)
+        if self.carried is None:
+            return self.log_shearing(other) - self.log_shearing(state)
+        here, there = (self.shear(one, ice) for one in (state, other))
+        size = np.maximum(np.abs(here), np.finfo(float).tiny)
+        return np.where(here == there, 0.0, (there - here) / size)
 
-    def local_error(self, step: Step, ice: IceHeat, rubber: RubberHeat, scale: Array) -> Array:
+    def local_error(
+        self, step: Step, ice: IceHeat, rubber: RubberHeat, scale: Array, weights: Weights = EVEN
+    ) -> Array:
         """Relative local errors (n,) of a step that ends here; `scale` of temperatures, K."""
-        return error_norms(step, ice, self.free_height, self.temperature_scale(step, scale), rubber)
+        water, kelvin = self._water_scale(step), self._temperature_scale(step, scale)
+        error = error_norms(step, ice, water / weights.water, kelvin, rubber, weights.dry)
+        if self.refreeze != "area":
+            return error
+        return np.where(wetted(step, ice) & np.isfinite(error), 0.0, error)
 
-    def water_scale(self, step: Step) -> Array:
-        """H_V (m), (n,), the reference of errors of H_s."""
-        return self.free_height
+    def _water_scale(self, step: Step) -> Array:
+        """Reference of errors of water (m), (n,): H_V, or the larger one of H_V and W."""
+        if self.carried is None:
+            return self.free_height
+        return np.maximum(self.carried.held, step.state.squeezed_height)
 
-    def temperature_scale(self, step: Step, scale: Array) -> Array:
+    def _temperature_scale(self, step: Step, scale: Array) -> Array:
         """Reference of temperature errors (K): `scale`, or less where tau depends on
         temperature.
         """
-        if self.limit is None:
+        if self.limit is not None:
+            scale = np.minimum(scale, self.limit.temperature_scale(step.last, self.speed))
+        if self.refreeze == "nothing":
             return scale
-        scale = np.minimum(scale, self.limit.temperature_scale(step.last, self.speed))
         # Water that may freeze holds the surface at T_m from the start of contact.
-        return np.where(step.last.melting, np.inf, scale) if self.limit.freezes else scale
+        return np.where(step.last.melting, np.inf, scale)
+
+    def wet(self, state: FilmHistory) -> Mask:
+        """Places where water that may freeze holds the ice's surface at T_m, (n,)."""
+        if self.refreeze == "nothing":
+            return np.zeros(state.log_height.shape, dtype=bool)
+        stored = self.refreeze != "film"
+        return (self.height(state.log_height) > 0.0) | (stored & (state.squeezed_height > 0.0))
 
 
 def squeeze_rate(pressure: T, D: T, viscosity: Any = WATER_VISCOSITY) -> T:
@@ -151,14 +267,17 @@ def film_loads(
     viscosity: Array | float = WATER_VISCOSITY,
     variable_viscosity: VariableViscosity | None = None,
     limit: LimitingShear | None = None,
+    carried: Carried | None = None,
+    refreeze: Refreeze = "nothing",
 ) -> FilmLoads:
     """Loads at `pressure` (Pa) and `speed` (m/s) for contact parameters k, D (m), H_V (m).
 
     c = k eta v of (5.29), eta the `viscosity` (Pa s), with `variable_viscosity` its reference; no
-    squeeze-out where p <= 0.
+    squeeze-out where p <= 0. The others are components of `FilmLoads`.
     """
     K3 = squeeze_rate(np.maximum(pressure, 0.0), D, viscosity)
-    return FilmLoads(k * viscosity * speed, speed, K3, H_V, variable_viscosity, limit)
+    components = variable_viscosity, limit, carried, refreeze
+    return FilmLoads(k * viscosity * speed, speed, K3, H_V, *components)
 
 
 def interpolate(start: FilmLoads, end: FilmLoads, fraction: float) -> FilmLoads:
@@ -167,14 +286,62 @@ def interpolate(start: FilmLoads, end: FilmLoads, fraction: float) -> FilmLoads:
         return start
     ends = zip(start[:4], end[:4], strict=True)
     viscous, speed, squeeze, free = (a + fraction * (b - a) for a, b in ends)
-    return FilmLoads(viscous, speed, squeeze, free, end.variable_viscosity, end.limit)
+    carried = start.carried
+    if carried is not None and end.carried is not None:
+        carried = carried.at(end.carried, fraction)
+    components = end.variable_viscosity, end.limit, carried, end.refreeze
+    return FilmLoads(viscous, speed, squeeze, free, *components)
+
+
+def films_of(
+    height: Array,
+    temperature: Array,
+    undercooling: Array,
+    speed: Array,
+    water: VariableViscosity | None,
+    limit: LimitingShear | None,
+    lug: float | None = None,
+) -> tuple[Array, Array]:
+    """ln h, or ln(h + s), and internal variables of films of the `height` (m), (n,).
+
+    temperature: of the film, K; undercooling: of the ice below T_m, K; speed: of slip, m/s; lug: B
+    with voids that carry, m.
+    """
+    log_viscosity = np.zeros_like(height) if water is None else water(temperature)
+    rows: list[Array] = []
+    if limit is not None:
+        here = limit if water is None else limit.at_viscosity(np.exp(log_viscosity))
+        rows = list(here.internal(height, speed, limit.strength(undercooling)))
+        rows[0] = rows[0] + log_viscosity
+    elif water is not None or lug is not None:
+        rows = [log_viscosity]
+    if water is not None:
+        rows.append(log_viscosity)
+    if lug is not None:
+        rows.append(np.full_like(height, lug))
+    log_height = np.log(height) if limit is None else limit.log_height(height)
+    return log_height, np.array(rows).reshape(len(rows), height.size)
+
+
+def wetted(step: Step, ice: IceHeat) -> Mask:
+    """Where water meets ice below T_m in the `step`, (n,).
+
+    The flux into the ice is infinite at first, so a shorter step has no smaller error. The layers
+    of the ice bound it, and the end of an L-stable step is right.
+    """
+    change = step.total
+    surface, nothing = ice.surface_temperature, np.zeros_like(change.ice)
+    rise = surface(change.ice) - surface(nothing)
+    water = step.state.squeezed_height - change.squeezed_height
+    return np.asarray((water > 0.0) & step.last.melting & (rise > JUMP))
 
 
 class FilmOnIce(NamedTuple):
-    """A film below insulated rubber in one stage, with its start values and loads.
+    """A film in one stage, with its start values and loads.
 
-    law: `implicit_stage` or `explicit_stage`. The other fields are its arguments, and the internal
-    variables at the start.
+    law: of the film's height, such as `implicit_stage`. The other fields are its arguments, and the
+    internal variables at the start. The unknowns are nested: the viscosity (`viscosity`), the water
+    in load-bearing voids (`carrying`), the height and the strength (`law`).
     """
 
     law: Callable[..., FilmStage]
@@ -191,31 +358,49 @@ class FilmOnIce(NamedTuple):
     @property
     def power_at_start(self) -> Array:
         """q_f (W/m2) of the film at the start of the stage."""
-        return np.asarray(self.loads.viscous * self.loads.speed * np.exp(log_shearing(self)))
+        loads, shearing = self.loads, np.exp(log_shearing(self))
+        if loads.carried is None:
+            return np.asarray(loads.viscous * loads.speed * shearing)
+        shared = loads.carried.sharing(loads, self.squeezed_height)
+        return np.asarray((shared.film.viscous * shearing + shared.thick) * loads.speed)
 
     def solve(self, ice: Surface, near: Array | None = None) -> FilmStage:
         """The stage above `ice`, with the viscosity at its end; `near` is not needed."""
         loads, variable_viscosity = self.loads, self.loads.variable_viscosity
         if variable_viscosity is None:
-            return self.law(self.log_height, self.squeezed_height, self.dt, loads, ice)
+            return self._beside_voids(loads, ice)
 
         def stage(log_viscosity: Array) -> tuple[Array, FilmStage]:
             """Temperature and stage of films of ln(eta / eta_0)."""
-            viscosity = np.exp(log_viscosity)
-            acting = loads._replace(
-                viscous=viscosity * loads.viscous, squeeze_rate=loads.squeeze_rate / viscosity
-            )
-            found = self.law(self.log_height, self.squeezed_height, self.dt, acting, ice)
+            found = self._beside_voids(loads.at_viscosity(np.exp(log_viscosity)), ice)
             warm = ice.offset + ice.resistance * found.friction_power
-            return np.minimum(warm, ice.solid.melting_temperature), found
+            T_m = ice.solid.melting_temperature
+            return np.where(found.melting, T_m, np.minimum(warm, T_m)), found
 
         log_viscosity, temperature, found = consistent_viscosity(
-            stage, variable_viscosity, self.internal[0]
+            stage, variable_viscosity, self.internal[loads.viscosity_row]
         )
         # Without melting, warmer ice lowers the friction power.
         less = ice.resistance * found.friction_power * variable_viscosity.fall(temperature)
+        of_film = found.internal
+        if len(of_film):
+            of_film = np.vstack([of_film[:1] + log_viscosity, of_film[1:]])
+        else:
+            of_film = log_viscosity[None]
         return found._replace(
             ice_slope=np.where(found.melting, found.ice_slope, less / (1.0 + less)),
-            internal=log_viscosity[None],
+            internal=np.vstack([of_film, log_viscosity]),
             shearing=np.exp(log_viscosity) * found.shearing,
         )
+
+    def _beside_voids(self, loads: FilmLoads, ice: Surface) -> FilmStage:
+        if loads.carried is None:
+            return self._alone(loads, self.squeezed_height, ice)
+        found = Beside(loads.carried, loads, self.squeezed_height, self.dt, self._alone).solve(ice)
+        if len(found.internal):
+            return found
+        return found._replace(internal=np.zeros((1, self.log_height.size)))
+
+    def _alone(self, loads: FilmLoads, water: Array, ice: Surface) -> FilmStage:
+        start = self.log_height, water, self.dt, loads, ice
+        return self.law(*start) if loads.limit is None else self.law(loads.limit, *start)

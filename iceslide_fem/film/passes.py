@@ -8,7 +8,7 @@ does not freeze within the rest stays.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, Protocol
 
 import numpy as np
 
@@ -18,7 +18,6 @@ from iceslide_fem.film.point import CONDENSED, simulate
 from iceslide_fem.film.point_conditions import Conditions
 from iceslide_fem.film.point_result import PointResult
 from iceslide_fem.runtime.arrays import Array
-from iceslide_fem.runtime.curve import Curve
 
 # Number of steps in which water freezes; first step over the whole rest.
 REST_STEPS, FIRST_REST = 80, 1e-6
@@ -55,30 +54,48 @@ def simulate_passes(
     for _ in range(passes.number):
         found = simulate(conditions, ice, start=start, **settings)
         yield found
-        start = next_start(found.state, conditions, ice, passes, settings.get("water"))
+        first, duration = conditions.initial_height, conditions.duration
+        start = next_start(found.state, conditions, first, duration, ice, passes)
+
+
+class Films(Protocol):
+    """A law or conditions, by the films that they begin with."""
+
+    def film_height(self, state: InterfaceState) -> Array:
+        """h (m) of films, (n,)."""
+
+    def films(self, height: Array, temperature: Array) -> tuple[Array, Array]:
+        """ln h and internal variables of films of `height` (m) on ice of `temperature` (K)."""
+
+    def untouched(self, n: int) -> Array:
+        """History of the contact of `n` points of rubber that have not touched."""
 
 
 def next_start(
     state: InterfaceState,
-    conditions: Conditions,
+    films: Films,
+    first: Array | float,
+    duration: Array | float,
     ice: Column,
     passes: Passes,
-    water: Curve | None = None,
 ) -> InterfaceState:
-    """Initial state of a pass after one that ends in `state`; `water`: see `point.simulate`."""
-    height, squeezed = conditions.loads().height(state.log_height), state.squeezed_height
-    heat, rest = state.ice, passes.period - conditions.duration
+    """Initial state of a pass after one of a `duration` (s) that ends in `state`.
+
+    first: height of films without water, m. The rubber begins cold and untouched.
+    """
+    height, squeezed = films.film_height(state), state.squeezed_height
+    heat, rest = state.ice, passes.period - np.broadcast_to(duration, height.shape)
     if passes.between == "keep":
         squeezed = passes.carried * squeezed
     elif passes.between == "drain":
-        height, squeezed = conditions.initial_height, np.zeros_like(squeezed)
+        height, squeezed = np.broadcast_to(first, height.shape), np.zeros_like(squeezed)
     else:
-        first = conditions.initial_height
         heat, left, rest = frozen(heat, molten(height, squeezed, first), rest, ice)
         height, squeezed = unfrozen(height, left, first)
     heat = ice.cooled(heat, rest)
-    films = conditions.films(height, ice.surface_temperature(heat), water)
-    return InterfaceState(films.log_height, squeezed, heat, state.rubber, films.internal)
+    log_height, internal = films.films(height, ice.surface_temperature(heat))
+    young = films.untouched(height.size)
+    return InterfaceState(log_height, squeezed, heat, state.rubber, internal, young)
 
 
 def molten(height: Array, squeezed: Array, first: Array | float) -> Array:

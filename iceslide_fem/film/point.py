@@ -7,16 +7,18 @@ integrator keeps its order.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from iceslide_fem.film.driving import Drive, Driven, history_after
 from iceslide_fem.film.half_space import HalfSpace
 from iceslide_fem.film.height import CLOSE
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import InterfaceState
-from iceslide_fem.film.point_conditions import Conditions, InTime
-from iceslide_fem.film.point_events import Warmth, events
+from iceslide_fem.film.point_conditions import Conditions, Loading
+from iceslide_fem.film.point_events import Warmth, events, onset_below
 from iceslide_fem.film.point_result import PointResult, Record, Tally
 from iceslide_fem.film.point_steps import SURFACE_EASE, AsGiven, ByError, Front, StepLengths
 from iceslide_fem.film.rubber_heat import INSULATED, Insulated, RubberHeat
@@ -48,7 +50,7 @@ def simulate(
     max_step: float = np.inf,
     observe: Callable[[Record], None] | None = None,
     rubber: RubberHeat = INSULATED,
-    loading: InTime | None = None,
+    loading: Loading | None = None,
     water: Curve | None = None,
     start: InterfaceState | None = None,
 ) -> PointResult:
@@ -73,19 +75,76 @@ def simulate(
     for name, value in positive.items():
         if value is not None and not value > 0.0:
             raise ValueError(f"{name} = {value:g} is not possible; allowed: more than 0")
-    if water is not None and conditions.limit is not None:
-        raise ValueError("a viscosity over temperature and a limiting shear contradict each other")
     if water is not None:
-        conditions = conditions._replace(viscosity=water(conditions.temperature))
-    n, duration = conditions.pressure.size, conditions.duration
-    if loading is not None:
-        conditions = loading.at(conditions, np.zeros(n))
-    sample_times = np.asarray(times, dtype=float)
-    if (np.diff(sample_times) < 0.0).any():
-        raise ValueError("sample times must ascend")
+        viscosity, limit = water(conditions.temperature), conditions.limit
+        limit = limit and limit._replace(viscosity=viscosity)
+        conditions = conditions._replace(viscosity=viscosity, limit=limit)
+    duration = conditions.duration
     if isinstance(ice, str | Ground):
         ice = ice_below(ice, conditions.temperature, duration, conditions.solid)
         ice = ice.condensed(CONDENSED * tolerance)
+    if start is None:
+        n = conditions.pressure.size
+        untouched = np.zeros((0, n)) if loading is None else loading.untouched(n)
+        speed = conditions.speed
+        if loading is not None and loading.speed is not None:
+            speed = loading.speed(np.zeros(n))
+        here = conditions._replace(speed=speed)
+        films = here.films(conditions.initial_height, conditions.temperature, water)
+        heats = ice.initial(n), rubber.initial(n)
+        start = InterfaceState(films.log_height, np.zeros(n), *heats, films.internal, untouched)
+    span = Span(duration, conditions.temperature, conditions.melting_temperature, conditions.solid)
+    drive = Driven(conditions, loading, water)
+    steps = Steps(tolerance, method, fixed_step, max_step)
+    return integrate(drive, start, span, ice, rubber, steps, times, observe, water)
+
+
+class Span(NamedTuple):
+    """The run of points: duration (s), and temperature (K), T_m (K) and solid of their ice."""
+
+    duration: Array
+    temperature: Array
+    melting_temperature: Array | float
+    solid: Solid
+
+    @property
+    def undercooling(self) -> Array:
+        """T_m - T_0, K."""
+        return np.asarray(self.melting_temperature - self.temperature)
+
+
+class Steps(NamedTuple):
+    """Steps of points: target relative error of mu(t), method, fixed length or None, longest (s).
+
+    A fixed step replaces error control.
+    """
+
+    tolerance: float
+    method: Integrator
+    fixed: float | None = None
+    longest: float = np.inf
+
+
+def integrate(
+    drive: Drive,
+    begin: InterfaceState,
+    span: Span,
+    ice: Column | HalfSpace,
+    rubber: RubberHeat,
+    steps: Steps,
+    times: ArrayLike = (),
+    observe: Callable[[Record], None] | None = None,
+    water: Curve | None = None,
+) -> PointResult:
+    """Integrate points that a `drive` acts on, from the state `begin` at t = 0.
+
+    The others are arguments of `simulate`. Raises SimulationStopped if a step fails, ValueError for
+    an invalid argument.
+    """
+    n, tolerance, duration = span.duration.size, steps.tolerance, span.duration
+    sample_times = np.asarray(times, dtype=float)
+    if (np.diff(sample_times) < 0.0).any():
+        raise ValueError("sample times must ascend")
     if isinstance(ice, HalfSpace) and not isinstance(rubber, Insulated):
         raise ValueError(
             "half-space ice and heat in the rubber contradict each other: the closed form gives "
@@ -96,68 +155,62 @@ def simulate(
     if isinstance(ice, HalfSpace):
         band, dry = JUMP * band, dry / JUMP
         heat = ice.late(band)
+    loads = drive.loads(np.zeros(n), begin.age)
     # Iterations over film height and another unknown need an exact height.
-    alone = fixed_step is None and water is None and isinstance(rubber, Insulated)
+    alone = steps.fixed is None and loads.alone and isinstance(rubber, Insulated)
     close = close_enough(tolerance) if alone else CLOSE
-    control = StepControl(method, tolerance if fixed_step is None else None, close, dry)
-    lengths: StepLengths = ByError(tolerance, loading)
-    if fixed_step is not None:
-        lengths = AsGiven(fixed_step)
-
-    loads = conditions.loads(water)
-    films = conditions.films(conditions.initial_height, conditions.temperature, water)
-    begin = start or InterfaceState(
-        films.log_height,
-        np.zeros(n),
-        heat.initial(n),
-        rubber.initial(n),
-        films.internal,
-    )
-    first_shear = conditions.first_shear if start is None else loads.shear(start, heat)
-    undercooling = conditions.melting_temperature - conditions.temperature
+    control = StepControl(steps.method, tolerance if steps.fixed is None else None, close, dry)
+    lengths: StepLengths = ByError(tolerance)
+    if steps.fixed is not None:
+        lengths = AsGiven(steps.fixed)
+    first_shear = loads.shear(begin, heat)
+    onset = onset_below(first_shear * loads.speed, span.undercooling, span.solid)
     front = Front(
         active=np.arange(n),
         time=np.zeros(n),
         duration=duration,
-        dt=lengths.first(conditions, loads),
+        dt=lengths.first(duration, onset),
         cuts=np.zeros(n, dtype=int),
         ahead=np.full(n, np.inf),
         warm=np.zeros(n),
         rate=np.zeros(n),
-        scale=temperature_scale(SURFACE_EASE * undercooling, water),
-        warmth=Warmth(conditions.temperature, undercooling),
-        here=conditions,
+        scale=temperature_scale(SURFACE_EASE * span.undercooling, water),
+        warmth=Warmth(span.temperature, span.undercooling),
+        drive=drive,
         loads=loads,
         state=begin,
         ice=heat,
         rubber=rubber,
     )
     front = front._replace(warm=front.melting_at(front.state, loads))
-    result = PointResult.at_start(first_shear / conditions.pressure, begin, loads, sample_times)
+    pressure = drive.pressure(np.zeros(n))
+    result = PointResult.at_start(first_shear / pressure, begin, loads, sample_times)
     tally = Tally(result, duration, sample_times)
 
     while front.active.size:
-        dt = front.length(max_step, loading)
-        here, last = front.here, front.loads
-        if loading is not None:
-            here = loading.at(here, front.time + dt)
-            last = here.loads(water)
+        dt, drive, last = front.length(steps.longest), front.drive, front.loads
         state, models = front.state, (front.ice, front.scale, front.rubber)
+        ends, age = front.time + dt, state.age
+        if not drive.constant:
+            age = history_after(drive, state, front.time, dt, front.ice, front.rubber)
+            last = drive.loads(ends, age)
         trial = control.trial(state, front.loads, last, dt, *models, front.rate)
+        drive.check(front.time)
         step, filled = trial.step, state.squeezed_height / front.loads.free_height
         event = events(step, front.warm, filled, last, front.warmth, band)
         good, following = lengths.judge(front, trial, event, dt, last)
+        good = drive.agreed(good)
         bad = np.flatnonzero(~good)
         _refuse(lengths.stuck(bad, event, front, following), dt, front)
         melting = event.melting | step.last.melting
         full = event.full | step.last.saturated
-        acting = last, step, melting, full, here.pressure, front.ice
+        after = step.state if age is step.state.age else step.state._replace(age=age)
+        acting = last, step, melting, full, drive.pressure(ends), front.ice, after
         record = Record(front.active, good, front.time, dt, *acting)
-        factor = front.loads.viscous / front.here.pressure
-        mu = tally.add(record, state, factor, front.here, loading)
+        mu = tally.add(record, state, front.loads, drive.pressure(front.time))
         if observe is not None and good.any():
             observe(record)
-        warm, time = front.melting_at(step.state, last), front.time + dt
+        warm, time = front.melting_at(step.state, last), ends
         ahead = lengths.ahead(front, step, warm, last, band)
         rate = step.change.log_height / step.stage_dt
         for new, old in (
@@ -168,13 +221,12 @@ def simulate(
         ):
             new[bad] = old[bad]
         ahead, cuts = front.cut(ahead, event, dt)
-        state = taken(state, step.state, bad)
+        state = taken(state, after, bad)
         front = front._replace(
             time=time, dt=following, cuts=cuts, ahead=ahead, warm=warm, rate=rate, state=state
         )
-        if loading is not None:
-            here = loading.at(front.here, time)
-            front = front._replace(here=here, loads=here.loads(water))
+        if not drive.constant:
+            front = front._replace(loads=last if not bad.size else drive.loads(time, state.age))
         running = time < front.duration * (1.0 - 1e-12)
         if not running.all():
             tally.finish(record, state, mu, running)
@@ -203,9 +255,8 @@ def taken(old: InterfaceState, new: InterfaceState, bad: Index) -> InterfaceStat
 def _refuse(stuck: Index, dt: Array, front: Front) -> None:
     """Raise SimulationStopped if a step of `dt` (s) fails that cannot be shortened."""
     if stuck.size:
-        i, pressure, speed = stuck[0], front.here.pressure, front.loads.speed
+        i, subject = stuck[0], front.drive.subject(stuck[0], front.time)
         raise SimulationStopped(
-            f"the film at {pressure[i]:.4g} Pa and {speed[i]:.4g} m/s cannot be advanced beyond "
-            f"t = {front.time[i]:.4g} s: a step of {dt[i]:.2g} s is too long for this "
-            "integrator; take a shorter one, or an implicit integrator"
+            f"{subject} cannot be advanced beyond t = {front.time[i]:.4g} s: a step of {dt[i]:.2g} s "
+            "is too long for this integrator; take a shorter one, or an implicit integrator"
         )

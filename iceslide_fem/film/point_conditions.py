@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from iceslide_fem.film.law import log_shearing
+from iceslide_fem.film.contact_age import ContactAge
+from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.film.limiting_shear import LimitingShear, ShearStrength
-from iceslide_fem.film.loads import FilmLoads, film_loads
+from iceslide_fem.film.loads import FilmLoads, film_loads, films_of
+from iceslide_fem.film.phase import Refreeze
 from iceslide_fem.film.viscosity import VariableViscosity
 from iceslide_fem.runtime.arrays import Array, Index
 from iceslide_fem.runtime.curve import Curve
@@ -79,12 +81,13 @@ class Conditions(NamedTuple):
     melting_temperature: Array
     latent_heat: Array
     limit: LimitingShear | None = None
+    refreeze: Refreeze = "nothing"
 
     @classmethod
     def of(
         cls,
         strength: ShearStrength | None = None,
-        refreeze: str = "nothing",
+        refreeze: Refreeze = "nothing",
         fastest: float | None = None,
         **values: ArrayLike,
     ) -> Conditions:
@@ -117,22 +120,26 @@ class Conditions(NamedTuple):
         if strength is None:
             return cls(**numbers, limit=None)
         speed = numbers["speed"] if fastest is None else fastest
-        limit = LimitingShear.of(strength, numbers["viscosity"], speed, refreeze)
-        return cls(**numbers, limit=limit)
+        freezes = refreeze != "nothing"
+        limit = LimitingShear.of(strength, numbers["viscosity"], speed, freezes)
+        return cls(**numbers, limit=limit, refreeze=refreeze)
 
     @classmethod
     def together(cls, parts: Sequence[Conditions]) -> Conditions:
-        """Conditions of the points of all `parts`. Either all parts have a limit or none."""
+        """Conditions of the points of all `parts`, which have all a limit or none, and freeze
+        alike.
+        """
         limits = [part.limit for part in parts if part.limit is not None]
         arrays = {name: np.concatenate([getattr(part, name) for part in parts]) for name in RANGES}
         sizes = [part.pressure.size for part in parts]
-        return cls(**arrays, limit=LimitingShear.together(limits, sizes) if limits else None)
+        limit = LimitingShear.together(limits, sizes) if limits else None
+        return cls(**arrays, limit=limit, refreeze=parts[0].refreeze)
 
     def loads(self, water: Curve | None = None) -> FilmLoads:
         """Constant film loads; with `water` the viscosity is that of the table at T_0."""
         variable_viscosity = None if water is None else VariableViscosity(water, self.viscosity)
         contact = self.k, self.D, self.H_V
-        other = self.viscosity, variable_viscosity, self.limit
+        other = self.viscosity, variable_viscosity, self.limit, None, self.refreeze
         return film_loads(self.pressure, self.speed, *contact, *other)
 
     @property
@@ -140,19 +147,26 @@ class Conditions(NamedTuple):
         """Films before the first step."""
         return self.films(self.initial_height, self.temperature)
 
+    def film_height(self, state: InterfaceState) -> Array:
+        """h (m) of films, (n,)."""
+        return self.loads().height(state.log_height)
+
+    def untouched(self, n: int) -> Array:
+        """No history of the contact."""
+        return np.zeros((0, n))
+
     def films(self, height: Array, temperature: Array, water: Curve | None = None) -> FilmStart:
         """Films of the `height` (m) on ice whose surface has the `temperature` (K), (n,).
 
         water: as for `loads`.
         """
+        viscosity = None
         if water is not None:
             viscosity = VariableViscosity(water, water(self.temperature))
-            return FilmStart(np.log(height), viscosity(temperature)[None])
-        if self.limit is None:
-            return FilmStart(np.log(height), np.zeros((0, self.pressure.size)))
-        strength = self.limit.strength(np.maximum(self.melting_temperature - temperature, 0.0))
-        internal = self.limit.internal(height, self.speed, strength)
-        return FilmStart(self.limit.log_height(height), internal)
+        below = np.maximum(self.melting_temperature - temperature, 0.0)
+        return FilmStart(
+            *films_of(height, temperature, below, self.speed, viscosity, self.limit)
+        )
 
     @property
     def solid(self) -> Solid:
@@ -160,17 +174,11 @@ class Conditions(NamedTuple):
         parts = (getattr(self, name) for name in Solid._fields)
         return Solid(*(part[0] if (part == part[0]).all() else part for part in parts))
 
-    @property
-    def first_shear(self) -> Array:
-        """tau (Pa) at the start, (n,)."""
-        if self.limit is None:
-            return np.asarray(self.loads().viscous / self.initial_height)
-        return np.asarray(self.loads().viscous * np.exp(log_shearing(self.at_start)))
-
     def take(self, index: Index) -> Conditions:
         """The conditions at `index`."""
         arrays = {name: getattr(self, name).take(index, mode="clip") for name in RANGES}
-        return Conditions(**arrays, limit=self.limit and self.limit.take(index))
+        limit = self.limit and self.limit.take(index)
+        return Conditions(**arrays, limit=limit, refreeze=self.refreeze)
 
 
 class FilmStart(NamedTuple):
@@ -178,33 +186,39 @@ class FilmStart(NamedTuple):
 
     log_height: Array
     internal: Array
-    squeezed_height: Array = np.zeros(0)
-
-
-class InTime(Protocol):
-    """Conditions that change in time."""
-
-    def at(self, here: Conditions, time: Array) -> Conditions:
-        """The conditions at `time` (s, one per point)."""
-
-    def next_corner(self, time: Array) -> Array:
-        """Time of the next kink (s)."""
 
 
 class Loading(NamedTuple):
-    """Pressure (Pa) and speed (m/s) over time, for all points; `contact` gives k, D and H_V."""
+    """Pressure (Pa) and speed (m/s) over time, for all points, instead of those of the conditions.
 
-    pressure: Course
-    speed: Course
+    contact: gives k, D and H_V; age: of the contact, whose k, D and H_V then hold instead.
+    """
+
+    pressure: Course | None
+    speed: Course | None
     contact: ContactTable | ConstantContact
+    age: ContactAge | None = None
 
-    def at(self, here: Conditions, time: Array) -> Conditions:
-        """The conditions at `time` (s, one per point)."""
-        pressure = self.pressure(time)
-        k, D, H_V, _ = self.contact(pressure)
-        speed = self.speed(time)
+    def at(self, here: Conditions, time: Array, age: Array) -> Conditions:
+        """The conditions at `time` (s, one per point), with the history of the contact."""
+        pressure = self.pressure_at(here, time)
+        contact = self.contact if self.age is None else self.age.so_far(age)
+        k, D, H_V, _ = contact(pressure)
+        speed = here.speed if self.speed is None else self.speed(time)
         return here._replace(pressure=pressure, speed=speed, k=k, D=D, H_V=H_V)
+
+    def pressure_at(self, here: Conditions, time: Array) -> Array:
+        """Pressure (Pa) at `time` (s, one per point)."""
+        return here.pressure if self.pressure is None else self.pressure(time)
+
+    def untouched(self, n: int) -> Array:
+        """History of the contact of `n` points that have not touched."""
+        return np.zeros((0, n)) if self.age is None else self.age.fresh(n)
 
     def next_corner(self, time: Array) -> Array:
         """Time of the next kink of pressure or speed (s)."""
-        return np.minimum(self.pressure.next_corner(time), self.speed.next_corner(time))
+        found = np.full_like(time, np.inf)
+        for course in (self.pressure, self.speed):
+            if course is not None:
+                found = np.minimum(found, course.next_corner(time))
+        return found

@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from iceslide_fem.film.driving import PointLoads
 from iceslide_fem.film.integrators import Step
-from iceslide_fem.film.loads import FilmLoads
 from iceslide_fem.runtime.arrays import Array, Index, Mask
 from iceslide_fem.scene.materials import Solid
 
@@ -47,7 +47,7 @@ class Warmth(NamedTuple):
 
 
 def events(
-    step: Step, start: Array, filled: Array, loads: FilmLoads, warmth: Warmth, band: float
+    step: Step, start: Array, filled: Array, loads: PointLoads, warmth: Warmth, band: float
 ) -> Events:
     """Events during `step`, by linear interpolation of the progress.
 
@@ -79,7 +79,7 @@ def onset_below(flux: Array, undercooling: Array, solid: Solid) -> Array:
 
 
 def until(
-    step: Step, start: Array, end: Array, squeezed: Array, loads: FilmLoads, band: float
+    step: Step, start: Array, end: Array, squeezed: Array, loads: PointLoads, band: float
 ) -> Array:
     """Expected time from the end of `step` to the next event (s); infinite without one.
 

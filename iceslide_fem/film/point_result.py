@@ -7,12 +7,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from iceslide_fem.film.driving import PointLoads
 from iceslide_fem.film.half_space import HalfSpace
 from iceslide_fem.film.ice_heat import Column
-from iceslide_fem.film.integrators import InterfaceState, Step
+from iceslide_fem.film.integrators import InterfaceState, Step, weighted
 from iceslide_fem.film.law import log_shearing
-from iceslide_fem.film.loads import FilmLoads
-from iceslide_fem.film.point_conditions import Conditions, InTime
 from iceslide_fem.runtime.arrays import Array, Index, Mask
 
 
@@ -20,12 +19,13 @@ from iceslide_fem.runtime.arrays import Array, Index, Mask
 class PointResult:
     """Results of `simulate`; arrays (n,), times in s, NaN for events that do not occur.
 
-    mu_mean is the time average (5.35); samples holds mu at the sample times, (n_times, n); state
-    is that of films and ice at the end.
+    mu_mean is the time average (5.35); samples holds mu at the sample times, (n_times, n);
+    peak_shearing is tau / c at the peak, 1/m; state is that of films and ice at the end.
     """
 
     mu_peak: Array
     mu_peak_time: Array
+    peak_shearing: Array
     mu_mean: Array
     mu_end: Array
     melt_onset: Array
@@ -39,7 +39,7 @@ class PointResult:
 
     @classmethod
     def at_start(
-        cls, mu: Array, state: InterfaceState, loads: FilmLoads, times: Array
+        cls, mu: Array, state: InterfaceState, loads: PointLoads, times: Array
     ) -> PointResult:
         """Results of films in `state` at t = 0, with room for mu at `times` (s)."""
         n = mu.size
@@ -48,6 +48,7 @@ class PointResult:
         return cls(
             mu_peak=mu.copy(),
             mu_peak_time=np.zeros(n),
+            peak_shearing=np.exp(log_shearing(state)),
             mu_mean=np.zeros(n),
             mu_end=mu,
             melt_onset=np.full(n, np.nan),
@@ -74,12 +75,13 @@ class Record(NamedTuple):
     good: Mask
     time: Array
     dt: Array
-    loads: FilmLoads
+    loads: PointLoads
     step: Step
     melting: Mask
     full: Mask
     pressure: Array
     ice: Column | HalfSpace
+    state: InterfaceState
 
     @property
     def places(self) -> Index:
@@ -99,6 +101,7 @@ class _Sums(NamedTuple):
 
     peak: Array
     peak_time: Array
+    peak_shearing: Array
     work: Array
     steps: Index
     sampled: Index
@@ -121,6 +124,7 @@ class Tally:
         self._sums = _Sums(
             result.mu_peak.copy(),
             np.zeros(n),
+            result.peak_shearing.copy(),
             np.zeros(n),
             np.zeros(n, dtype=int),
             np.full(n, np.searchsorted(times, 0.0, side="right")),
@@ -129,29 +133,24 @@ class Tally:
         )
 
     def add(
-        self,
-        record: Record,
-        start: InterfaceState,
-        shear: Array,
-        here: Conditions,
-        loading: InTime | None,
+        self, record: Record, start: InterfaceState, first: PointLoads, pressure: Array
     ) -> Array:
         """Add accepted steps from `start`; returns mu at their ends.
 
-        shear: k eta_0 v / p at the ends, m; here: the conditions.
+        first: loads at the starts; pressure: nominal there, Pa.
         """
         sums, step, good = self._sums, record.step, record.good
         self._tried += 1
-        end, factor = record.time + record.dt, record.loads.viscous / record.pressure
-        mu = factor * step.last.shearing
-        mean = step.mean_shearing * record.dt
-        mean *= 0.5 * (factor + shear)
+        end = record.time + record.dt
+        mu = record.loads.stress(step.last) / record.pressure
+        mean = _mean_friction(record, first, pressure) * record.dt
         higher = mu > sums.peak
         refused = np.flatnonzero(~good)
         mean[refused], higher[refused] = 0.0, False
         sums.work[:] += mean
         sums.peak[:] = np.where(higher, mu, sums.peak)
         sums.peak_time[:] = np.where(higher, end, sums.peak_time)
+        sums.peak_shearing[:] = np.where(higher, step.last.shearing, sums.peak_shearing)
         sums.steps[:] += good
         for times, switch, seen in (
             (self.result.melt_onset, record.melting, sums.molten),
@@ -162,7 +161,7 @@ class Tally:
                 seen |= fresh
                 times[record.active[fresh]] = end[fresh]
         if self._times.size:
-            self._sample(record, start, end, mu, here, loading)
+            self._sample(record, start, first, pressure, end, mu)
         return mu
 
     def finish(self, record: Record, state: InterfaceState, mu: Array, running: Mask) -> None:
@@ -172,6 +171,7 @@ class Tally:
         points = record.active[over]
         result.mu_peak[points] = sums.peak[over]
         result.mu_peak_time[points] = sums.peak_time[over]
+        result.peak_shearing[points] = sums.peak_shearing[over]
         result.mu_mean[points] = sums.work[over] / self._duration[points]
         result.mu_end[points] = mu[over]
         result.film_height[points] = record.loads.height(state.log_height)[over]
@@ -187,12 +187,15 @@ class Tally:
         self,
         record: Record,
         start: InterfaceState,
+        first: PointLoads,
+        pressure: Array,
         end: Array,
         mu_end: Array,
-        here: Conditions,
-        loading: InTime | None,
     ) -> None:
-        """Store mu at the sample times within accepted steps; mu_end: at the steps' ends."""
+        """Store mu at the sample times within accepted steps; mu_end: at the steps' ends.
+
+        In a step ln(tau / c) is a parabola and c / p is linear.
+        """
         sampled, times, step = self._sums.sampled, self._times, record.step
         count = np.searchsorted(times, end, side="right")
         count -= sampled
@@ -224,9 +227,25 @@ class Tally:
         mu *= left
         np.exp(mu, out=mu)
         mu *= of_samples(mu_end)
-        if loading is not None:
-            then = loading.at(here.take(run), times[which])
-            mu *= then.loads().viscous / then.pressure
-            mu /= (record.loads.viscous / record.pressure)[run]
+        if first is not record.loads:
+            c, p = record.loads.viscous, record.pressure
+            growth = (first.viscous / pressure) / (c / p) - 1.0
+            mu *= 1.0 + of_samples(growth) * left / of_samples(dt)
         which += of_samples(record.active * times.size)
         self.result.samples.T.reshape(-1)[which] = mu
+
+
+def _mean_friction(record: Record, first: PointLoads, pressure: Array) -> Array:
+    """Mean of mu = tau / p over steps, by their weights.
+
+    first: loads at the starts; pressure: nominal there, Pa.
+    """
+    step, last = record.step, record.loads
+    if first is last:
+        stresses = [last.stress(stage) for stage in step.stages]
+        return weighted(step.weights, stresses) / record.pressure
+    found = []
+    for stage, node in zip(step.stages, step.integrator.nodes, strict=True):
+        p = pressure + node * (record.pressure - pressure)
+        found.append(first.at(last, node).stress(stage) / p)
+    return weighted(step.weights, found)

@@ -6,13 +6,11 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from iceslide_fem.film.driving import Drive, PointLoads, history_after
 from iceslide_fem.film.half_space import HalfSpace
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import InterfaceState, Step
-from iceslide_fem.film.law import log_shearing
-from iceslide_fem.film.loads import FilmLoads, interpolate
-from iceslide_fem.film.point_conditions import Conditions, InTime
-from iceslide_fem.film.point_events import Events, Warmth, onset_below, until
+from iceslide_fem.film.point_events import Events, Warmth, until
 from iceslide_fem.film.rubber_heat import RubberHeat
 from iceslide_fem.film.step_control import GROW_ALONE, Trial, step_factor
 from iceslide_fem.runtime.arrays import Array, Index, Mask
@@ -34,7 +32,7 @@ class Front(NamedTuple):
 
     time, duration: s; dt: length of the next step, s; cuts: consecutive cuts of it; ahead: expected
     time to the next event, s; warm: w |w| (`point_events`); rate: d ln h / dt, 1/s; scale:
-    reference temperature, K; here: conditions at that time, with loads, state, ice and rubber.
+    reference temperature, K; drive: what acts, with loads, state, ice and rubber at that time.
     """
 
     active: Index
@@ -47,8 +45,8 @@ class Front(NamedTuple):
     rate: Array
     scale: Array
     warmth: Warmth
-    here: Conditions
-    loads: FilmLoads
+    drive: Drive
+    loads: PointLoads
     state: InterfaceState
     ice: Column | HalfSpace
     rubber: RubberHeat
@@ -58,21 +56,23 @@ class Front(NamedTuple):
         parts: tuple[Any, ...] = self
         return Front(*(part.take(index) for part in parts))
 
-    def length(self, max_step: float, loading: InTime | None) -> Array:
+    def length(self, max_step: float) -> Array:
         """Length of the next step, s, at most to the next expected event or kink."""
         dt = np.minimum(np.minimum(self.dt, self.ahead), self.duration - self.time)
         np.minimum(dt, max_step, out=dt)
-        return dt if loading is None else np.minimum(dt, loading.next_corner(self.time) - self.time)
+        if not self.drive.constant:
+            dt = np.minimum(dt, self.drive.next_corner(self.time) - self.time)
+        return self.drive.together(dt)
 
-    def melting_at(self, state: InterfaceState, loads: FilmLoads) -> Array:
-        """w |w| of the films in `state` under `loads`."""
+    def melting_at(self, state: InterfaceState, loads: PointLoads) -> Array:
+        """w |w| of the films in `state` under `loads`; 1 where water may freeze."""
         on_ice = self.ice.surface_temperature(state.ice)
 
         def films() -> tuple[Array, Array]:
-            power = loads.viscous * loads.speed * np.exp(log_shearing(state))
-            return power, loads.height(state.log_height)
+            return loads.shear(state, self.ice) * loads.speed, loads.height(state.log_height)
 
-        return self.warmth(self.rubber.film_temperature(on_ice, state.rubber, films))
+        warm = self.warmth(self.rubber.film_temperature(on_ice, state.rubber, films))
+        return np.where(loads.wet(state), 1.0, warm)
 
     def cut(self, ahead: Array, event: Events, dt: Array) -> tuple[Array, Index]:
         """Time to the next events (s), `ahead` if none is in the step, and consecutive cuts."""
@@ -87,11 +87,13 @@ class Front(NamedTuple):
 class StepLengths(Protocol):
     """Choice of the step lengths of a `Front`."""
 
-    def first(self, conditions: Conditions, loads: FilmLoads) -> Array:
-        """Length of the first steps, s."""
+    def first(self, duration: Array, onset: Array) -> Array:
+        """Length of the first steps, s, of points with an `onset` (s) of melting by their first
+        friction.
+        """
 
     def judge(
-        self, front: Front, trial: Trial, event: Events, dt: Array, last: FilmLoads
+        self, front: Front, trial: Trial, event: Events, dt: Array, last: PointLoads
     ) -> tuple[Mask, Array]:
         """Mask of accepted `trial` steps of `dt` (s) to the loads `last`, and next lengths, s.
 
@@ -101,7 +103,7 @@ class StepLengths(Protocol):
     def stuck(self, bad: Index, event: Events, front: Front, dt: Array) -> Index:
         """Numbers of `bad` steps that cannot be shortened; dt: next length, s."""
 
-    def ahead(self, front: Front, step: Step, warm: Array, last: FilmLoads, band: float) -> Array:
+    def ahead(self, front: Front, step: Step, warm: Array, last: PointLoads, band: float) -> Array:
         """Expected time from the end of `step` to the next event, s; warm: w |w| at its end."""
 
 
@@ -109,21 +111,17 @@ class ByError(NamedTuple):
     """Steps by error control: the relative error of mu(t) is about the tolerance."""
 
     tolerance: float
-    loading: InTime | None
 
-    def first(self, conditions: Conditions, loads: FilmLoads) -> Array:
+    def first(self, duration: Array, onset: Array) -> Array:
         """A fraction of the duration, short enough that the surface hardly warms.
 
         The error of the surface temperature is about half of its first rise, for any step length.
         """
-        undercooling = conditions.melting_temperature - conditions.temperature
-        power = conditions.first_shear * loads.speed
-        onset = onset_below(power, undercooling, conditions.solid)
-        first = min(FIRST_STEP * self.tolerance, 0.01) * conditions.duration
+        first = min(FIRST_STEP * self.tolerance, 0.01) * duration
         return np.minimum(first, (SURFACE_EASE * self.tolerance) ** 2 * onset)
 
     def judge(
-        self, front: Front, trial: Trial, event: Events, dt: Array, last: FilmLoads
+        self, front: Front, trial: Trial, event: Events, dt: Array, last: PointLoads
     ) -> tuple[Mask, Array]:
         """Judge by local errors and by the nonlinearity of loads.
 
@@ -132,9 +130,12 @@ class ByError(NamedTuple):
         short again.
         """
         _, good, following = trial
-        if self.loading is not None:
-            middle = self.loading.at(front.here, front.time + 0.5 * dt).loads()
-            bent = _bend(front.loads, middle, last)
+        if not front.drive.constant:
+            half = 0.5 * dt
+            bodies = front.ice, front.rubber
+            age = history_after(front.drive, front.state, front.time, half, *bodies)
+            middle = front.drive.loads(front.time + half, age)
+            bent = front.loads.bend(middle, last)
             good &= bent <= self.tolerance
             longest = dt * step_factor(bent / self.tolerance, 2, GROW_ALONE)
             following = np.minimum(following, longest)
@@ -149,7 +150,7 @@ class ByError(NamedTuple):
         """Bad steps shorter than `SHORTEST_STEP`."""
         return bad[dt[bad] < SHORTEST_STEP * front.duration[bad]]
 
-    def ahead(self, front: Front, step: Step, warm: Array, last: FilmLoads, band: float) -> Array:
+    def ahead(self, front: Front, step: Step, warm: Array, last: PointLoads, band: float) -> Array:
         """By linear and quadratic extrapolation of the progress."""
         return until(step, front.warm, warm, front.state.squeezed_height, last, band)
 
@@ -159,12 +160,12 @@ class AsGiven(NamedTuple):
 
     step: float
 
-    def first(self, conditions: Conditions, loads: FilmLoads) -> Array:
+    def first(self, duration: Array, onset: Array) -> Array:
         """The length."""
-        return np.full(conditions.pressure.size, self.step)
+        return np.full_like(duration, self.step)
 
     def judge(
-        self, front: Front, trial: Trial, event: Events, dt: Array, last: FilmLoads
+        self, front: Front, trial: Trial, event: Events, dt: Array, last: PointLoads
     ) -> tuple[Mask, Array]:
         """Accept all steps with finite values."""
         good = trial.good
@@ -175,17 +176,6 @@ class AsGiven(NamedTuple):
         """All bad steps without an event."""
         return np.setdiff1d(bad, event.across)
 
-    def ahead(self, front: Front, step: Step, warm: Array, last: FilmLoads, band: float) -> Array:
+    def ahead(self, front: Front, step: Step, warm: Array, last: PointLoads, band: float) -> Array:
         """Infinite: fixed steps are cut after they pass an event."""
         return np.full_like(front.ahead, np.inf)
-
-
-def _bend(start: FilmLoads, middle: FilmLoads, end: FilmLoads) -> Array:
-    """Relative distance of loads in the middle of a step from the line between its ends."""
-    line = interpolate(start, end, 0.5)
-    gaps = (
-        np.abs(getattr(middle, name) - getattr(line, name))
-        / np.maximum(np.abs(getattr(end, name)), np.abs(getattr(start, name)) + 1e-300)
-        for name in ("viscous", "squeeze_rate")
-    )
-    return np.maximum(*gaps)

@@ -71,8 +71,10 @@ def parallel(ice: Surface, rubber: RubberSurface, height: Array) -> Parallel:
     to_rubber = rubber.cover / (rubber.resistance + half)
     both = to_ice + to_rubber
     offset = (to_ice * ice.offset + to_rubber * rubber.offset) / both
-    melted_flux = (ice.solid.melting_temperature - offset) * both
-    return Parallel(to_ice, to_rubber, Surface(offset, 1.0 / both, melted_flux, ice.solid))
+    T_m = ice.solid.melting_temperature
+    into_rubber = to_rubber * (T_m - rubber.offset)
+    surface = Surface(offset, 1.0 / both, (T_m - offset) * both, ice.solid, into_rubber)
+    return Parallel(to_ice, to_rubber, surface)
 
 
 class FilmBetween(NamedTuple):
@@ -144,8 +146,8 @@ class RubberHeat(Protocol):
         """Surface temperature of the rubber at the films (K)."""
 
     def at_contact(self, heat_state: Array, ice: IceHeat, of_ice: Array) -> Array | None:
-        """Rubber temperature at the films (K), above `ice` with heat state `of_ice`; None if
-        insulated.
+        """Surface temperature (K) at the rubber's points, above `ice` with heat state `of_ice`;
+        None if insulated.
         """
 
     def film_temperature(self, ice: Array, heat_state: Array, films: Heating) -> Array:
@@ -247,8 +249,8 @@ class RubberColumns:
         return self.column.surface_temperature(heat_state)
 
     def at_contact(self, heat_state: Array, ice: IceHeat, of_ice: Array) -> Array | None:
-        """Surface temperature of the rubber, K."""
-        return self.surface_temperature(heat_state)
+        """Surface temperature of the rubber at its points, K."""
+        return self.column.surface_temperature(heat_state)
 
     def film_temperature(self, ice: Array, heat_state: Array, films: Heating) -> Array:
         """T_f = min(T_m, (T_i + T_r + q_f / G) / 2) at the points (K)."""

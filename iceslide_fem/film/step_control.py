@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
+from iceslide_fem.film.driving import PointLoads
 from iceslide_fem.film.height import CLOSE
 from iceslide_fem.film.ice_heat import IceHeat
-from iceslide_fem.film.integrators import InterfaceState, Loads, Step, advance, error_norms
+from iceslide_fem.film.integrators import InterfaceState, Step, Weights, advance
 from iceslide_fem.film.rubber_heat import INSULATED, RubberHeat
 from iceslide_fem.film.runge_kutta import Integrator
 from iceslide_fem.runtime.arrays import Array, Mask
@@ -42,16 +43,6 @@ def close_enough(tolerance: float) -> float:
     return max(CLOSE, float(np.cbrt(HEIGHT_SHARE * tolerance)))
 
 
-class ScaledLoads(Loads, Protocol):
-    """Loads with reference values for errors of water and of temperatures."""
-
-    def water_scale(self, step: Step) -> Array:
-        """Reference height (m), (n,), of errors of the water in the voids."""
-
-    def temperature_scale(self, step: Step, scale: Array) -> Array:
-        """Reference (K), (n,), of temperature errors: `scale`, or less where tau depends on it."""
-
-
 class StepControl(NamedTuple):
     """Makes and judges steps of many points, each separately.
 
@@ -67,8 +58,8 @@ class StepControl(NamedTuple):
     def trial(
         self,
         state: InterfaceState,
-        loads: ScaledLoads,
-        end: ScaledLoads,
+        loads: PointLoads,
+        end: PointLoads,
         dt: Array,
         ice: IceHeat,
         temperature_scale: Array,
@@ -84,9 +75,8 @@ class StepControl(NamedTuple):
         step = advance(state, loads, end, dt, ice, method, rubber, rate, self.close)
         if self.tolerance is None:
             return Trial(step, np.isfinite(step.state.log_height), dt)
-        free = end.water_scale(step) / SQUEEZED
-        scale = end.temperature_scale(step, temperature_scale)
-        error = error_norms(step, ice, free, scale, rubber, self.dry)
+        weights = Weights(self.dry, SQUEEZED)
+        error = end.local_error(step, ice, rubber, temperature_scale, weights)
         error /= method.allowed * self.tolerance
         factor = step_factor(error, method.estimate_order, GROW_ALONE)
         return Trial(step, error <= 1.0, dt * factor)

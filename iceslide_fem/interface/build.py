@@ -15,7 +15,6 @@ from iceslide_fem.film.rubber_heat import INSULATED
 from iceslide_fem.heat.elements import LayeredElements, QuadraticElements
 from iceslide_fem.heat.equation import HeatEquation, of_regions, uniform
 from iceslide_fem.heat.tabulated import TabulatedHeat
-from iceslide_fem.interface.growing_on_ice import AgedOnIce, CarryingOnIce, UserLawOnIce
 from iceslide_fem.interface.ice_columns import GridColumns, GridColumnsUnderPoints, OwnColumns
 from iceslide_fem.interface.ice_continuum import Continuum
 from iceslide_fem.interface.ice_mesh import MeshedIce, Settings
@@ -29,12 +28,8 @@ from iceslide_fem.interface.rubber_mesh import (
     RubberOverGrid,
 )
 from iceslide_fem.interface.surface_grid import Placement, SurfaceGrid, own_points
+from iceslide_fem.interface.user_law_on_ice import UserLawOnIce
 from iceslide_fem.interface.window import PassingIce
-from iceslide_fem.laws.aged_film import AgedFilm
-from iceslide_fem.laws.carrying_film import CarryingFilm
-from iceslide_fem.laws.film import FilmLaw
-from iceslide_fem.laws.limited_film import LimitedFilm
-from iceslide_fem.laws.user_law import UserLaw
 from iceslide_fem.mesh import gmsh_model
 from iceslide_fem.mesh.grid import Lines
 from iceslide_fem.mesh.ice import heating_times, passing_time, patch_lines, window_lines
@@ -123,10 +118,7 @@ def agreement(tolerance: float) -> float:
     return max(AGREEMENT * tolerance, ROUNDING / tolerance)
 
 
-OnNodes = OnIce | AgedOnIce | CarryingOnIce
-
-
-def film_frame_of(block: Block, layers_for: float | None = None) -> Attached | OnRubber | OnNodes:
+def film_frame_of(block: Block, layers_for: float | None = None) -> Attached | OnRubber | OnIce:
     """The film frame of the block at its present displacements. Collective.
 
     layers_for: duration (s) for which the layers of heat-conducting bodies are chosen. A longer
@@ -180,7 +172,8 @@ def _on_shared_ice(
 ) -> Attached:
     """Films on the rubber's points, placed `at` positions on one body of ice."""
     law, rubber = block.law, rubber_columns(block.scene, duration)
-    if law.internal_at_start or not law.viscous or rubber is not INSULATED:
+    remembers = bool(law.internal_at_start) or law.untouched(1).size > 0
+    if remembers or not law.viscous or rubber is not INSULATED:
         return Attached(law, ice, at, rubber)
     return Rubbing(law, ice, at)
 
@@ -193,7 +186,7 @@ ATTACHED: dict[str, Callable[[Block, Array], Attached]] = {
 }
 
 
-def _sliding(block: Block, duration: Array) -> OnRubber | OnNodes:
+def _sliding(block: Block, duration: Array) -> OnRubber | OnIce:
     scene, law = block.scene, block.law
     _, footprint = _footprint(block)
     lines = window_lines(scene, footprint)
@@ -203,9 +196,13 @@ def _sliding(block: Block, duration: Array) -> OnRubber | OnNodes:
         equation, above = equation_of(block, lines, heated), meshed_rubber(block)
         both = PassingMeshedIceAndRubber(equation, above, grid, settings)
         return OnRubber(law, both, RubberInMesh())
-    frame = ON_ICE[type(law)] if law.frame(scene.film.carrier) == "ice" else _films_on_rubber
-    ice = PASSING[scene.ice.heat](block, lines, heated, frame is _films_on_nodes)
-    return frame(block, ice, duration)
+    on_ice = law.frame(scene.film.carrier) == "ice"
+    ice = PASSING[scene.ice.heat](block, lines, heated, on_ice and law.has_film)
+    if on_ice and law.has_film:
+        above = _rubber_over_grid(scene, ice.grid, duration)
+        return OnIce(law, ice, scene.initial_height, above, scene.film.water_speed)
+    frame = UserLawOnIce if on_ice else OnRubber
+    return frame(law, ice, rubber_columns(scene, duration))
 
 
 def _passing_columns(block: Block, lines: list[Lines], heated: Array, nodal: bool) -> GridColumns:
@@ -228,38 +225,6 @@ PASSING: dict[str, Callable[[Block, list[Lines], Array, bool], PassingIce]] = {
     "column": _passing_columns,
     "continuum": _passing_continuum,
     "mesh": _passing_mesh,
-}
-
-
-def _films_on_rubber(block: Block, ice: PassingIce, duration: Array) -> OnRubber:
-    return OnRubber(block.law, ice, rubber_columns(block.scene, duration))
-
-
-def _films_on_nodes(block: Block, ice: PassingIce, duration: Array) -> OnNodes:
-    scene, law = block.scene, block.law
-    rubber = _rubber_over_grid(scene, ice.grid, duration)
-    settings = ice, scene.initial_height, rubber, scene.film.water_speed
-    if isinstance(law, AgedFilm):
-        return AgedOnIce(law, *settings)
-    if isinstance(law, CarryingFilm):
-        return CarryingOnIce(law, *settings)
-    assert isinstance(law, FilmLaw)
-    return OnIce(law, *settings)
-
-
-def _user_law_on_nodes(block: Block, ice: PassingIce, duration: Array) -> OnRubber:
-    law = block.law
-    assert isinstance(law, UserLaw)
-    return UserLawOnIce(law, ice, rubber_columns(block.scene, duration))
-
-
-# Films of a law, or its internal variables alone, on the nodes of sliding ice.
-ON_ICE: dict[type, Callable[[Block, PassingIce, Array], OnRubber | OnNodes]] = {
-    FilmLaw: _films_on_nodes,
-    LimitedFilm: _films_on_nodes,
-    AgedFilm: _films_on_nodes,
-    CarryingFilm: _films_on_nodes,
-    UserLaw: _user_law_on_nodes,
 }
 
 

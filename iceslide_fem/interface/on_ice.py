@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from typing import Generic, Protocol, Self, TypeVar
-
 import numpy as np
 
-from iceslide_fem.film.integrators import InterfaceState, Loads, advance
+from iceslide_fem.film.integrators import InterfaceState, advance
 from iceslide_fem.film.law import log_shearing
 from iceslide_fem.film.loads import FilmLoads
 from iceslide_fem.film.runge_kutta import Integrator
@@ -15,8 +12,6 @@ from iceslide_fem.interface.film_frame import ContactLoads, InterfaceStep, Shift
 from iceslide_fem.interface.rubber_mesh import InsulatedOverGrid, RubberOverGrid
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Recent
 from iceslide_fem.interface.window import RECENT, PassingIce, place, reaches, shifted, whole_cells
-from iceslide_fem.laws.aged_film import AgedFilm
-from iceslide_fem.laws.carrying_film import CarryingFilm
 from iceslide_fem.laws.film import FilmLaw
 from iceslide_fem.laws.protocol import Sheared
 from iceslide_fem.runtime.arrays import Array, Index, Mask
@@ -44,30 +39,18 @@ def moved_by_a_cell(height: Array, covered: Mask, free: Array) -> tuple[Array, A
     return moved - lost, lost
 
 
-class Nodal(Loads, Protocol):
-    """Loads of films on nodes."""
-
-    def completed(self, covered: Mask, other: Self) -> Self:
-        """Loads at one end of a step; nodes not `covered` have values of the `other` end."""
-
-    def of(self, state: InterfaceState) -> FilmLoads:
-        """Film loads for a `state`."""
-
-
-NodeLoads = TypeVar("NodeLoads", bound=Nodal)
-
-
-class FilmsOnNodes(ABC, Generic[NodeLoads]):
+class OnIce:
     """Films on the ice's nodes: they enter at the leading edge with h0 and leave at the trailing
     one.
 
     Points read 1/h from the nodes with interpolation weights. Nodes average the loads of the points
-    with the same weights. The friction power on both sides is therefore equal to rounding.
+    with the same weights. The friction power on both sides is therefore equal to rounding. Water in
+    voids that carry stays with the ice, and the age of the contact with the points of the rubber.
     """
 
     def __init__(
         self,
-        law: FilmLaw | AgedFilm | CarryingFilm,
+        law: FilmLaw,
         ice: PassingIce,
         film_height: float,
         rubber: RubberOverGrid | InsulatedOverGrid | None = None,
@@ -79,7 +62,12 @@ class FilmsOnNodes(ABC, Generic[NodeLoads]):
         self.ice, self.rubber = ice, rubber or InsulatedOverGrid()
         self._law = law
         self._fresh_height, self._drag = film_height, 1.0 - water_speed
-        self._on_nodes = Recent(self._found_on_nodes, ice.grid.comm, RECENT)
+        young = law.untouched(0)
+
+        def found(contact: ContactLoads) -> tuple[Mask, FilmLoads]:
+            return self._found_on_nodes(contact, young)
+
+        self._on_nodes = Recent(found, ice.grid.comm, RECENT)
 
     @property
     def nodes(self) -> OwnNodes:
@@ -89,7 +77,7 @@ class FilmsOnNodes(ABC, Generic[NodeLoads]):
     internal_nodes = nodes
 
     def internal_at_points(self, state: InterfaceState, contact: ContactLoads) -> Array:
-        """ln(eta / eta_0) of the nodes, interpolated to the points. Collective."""
+        """Internal variables of the nodes, interpolated to the points. Collective."""
         rows = [self.at_points(one, contact) for one in state.internal]
         return np.array(rows).reshape(len(rows), contact.area.size)
 
@@ -97,8 +85,9 @@ class FilmsOnNodes(ABC, Generic[NodeLoads]):
         """Films of the initial height (m) on cold ice under `n_points` of cold rubber."""
         n = self.ice.grid.own.size
         heat_states = self.ice.initial(n), self.rubber.initial(n_points)
+        water = self._law.brought(self._x)[self.ice.grid.own]
         state = fresh(self._law, film_height, n, *heat_states)
-        return state._replace(squeezed_height=self._brought(self._x)[self.ice.grid.own])
+        return state._replace(squeezed_height=water, age=self._law.untouched(n_points))
 
     def advance(
         self,
@@ -108,10 +97,12 @@ class FilmsOnNodes(ABC, Generic[NodeLoads]):
         dt: float,
         integrator: Integrator,
     ) -> InterfaceStep:
-        """Advance the films of this rank's nodes. Collective."""
+        """Advance the films of this rank's nodes, and the age of the contact. Collective."""
         grid = self.ice.grid
-        covered, first = self.on_nodes(start)
-        covers, last = self.on_nodes(end)
+        warm = self.rubber.at_contact(state.rubber, self.ice, state.ice)
+        age = self._law.aged(state.age, start.pressure, end.pressure, dt, warm)
+        covered, first = self.on_nodes(start, state.age)
+        covers, last = self.on_nodes(end, age)
         first, last = first.completed(covered, last), last.completed(covers, first)
         # Water on uncovered ice also gives its latent heat to the ice when it freezes.
         meet = covered | covers | self._law.freezes
@@ -119,12 +110,26 @@ class FilmsOnNodes(ABC, Generic[NodeLoads]):
         ice = self.ice.under(Contacts(grid.own_nodes(), area))
         rubber = self.rubber.above(start, end)
         step = advance(state, first, last, dt, ice, integrator, rubber)
-        return InterfaceStep(step, area, last, ice, rubber, step.state)
+        return InterfaceStep(step, area, last, ice, rubber, step.state._replace(age=age))
 
     def sheared(self, state: InterfaceState, contact: ContactLoads) -> Sheared:
         """The shear law of each point, from the films around it. Collective."""
-        shearing = self.at_points(np.exp(log_shearing(state)), contact)
-        return self._law.read(shearing, self.internal_at_points(state, contact), contact.speed)
+        of_nodes = np.exp(log_shearing(state))
+        here, internal = (
+            self.at_points(of_nodes, contact), self.internal_at_points(state, contact)
+        )  # fmt: skip
+        touching = self._law.read(here, internal, contact.speed, state.age)
+        if self._law.wet is None:
+            return touching
+        _, loads = self.on_nodes(contact, state.age)
+        growth = self.at_points(loads.growth(state) * of_nodes, contact) / here
+
+        def shear(pressure: Array, speed: Array) -> tuple[Array, Array, Array]:
+            factor = growth.reshape(pressure.shape)
+            tau, by_pressure, by_speed = touching(pressure, speed)
+            return factor * tau, factor * by_pressure, factor * by_speed
+
+        return shear
 
     def film_height(self, state: InterfaceState, contact: ContactLoads) -> Array:
         """Mean of the films around each point. Collective."""
@@ -166,8 +171,8 @@ class FilmsOnNodes(ABC, Generic[NodeLoads]):
             self._drag * (sliding_distance + end.offset - start.offset),
         )
         for _ in range(cells_passed(here, there, cell)):
-            _, loads = self.on_nodes(end)
-            free = grid.allgather(loads.of(state).free_height).reshape(grid.shape)
+            _, loads = self.on_nodes(end, state.age)
+            free = grid.allgather(loads.free_height).reshape(grid.shape)
             height, pushed = moved_by_a_cell(height, (cover > HALF).reshape(grid.shape), free)
             lost += pushed.ravel()
         height = height.ravel()[grid.own]
@@ -186,17 +191,34 @@ class FilmsOnNodes(ABC, Generic[NodeLoads]):
         cell, covered = grid.cell_area[grid.own], self._cover(contact)[grid.own] > HALF
         return np.where(covered, cell, 0.0), np.where(covered, 0.0, cell)
 
-    def on_nodes(self, contact: ContactLoads) -> tuple[Mask, NodeLoads]:
+    def on_nodes(self, contact: ContactLoads, age: Array) -> tuple[Mask, FilmLoads]:
         """Mask of this rank's covered nodes, and their loads per cell area. Collective.
 
         A partly covered cell has the same fraction of the loads. A film then has the right age when
-        the leading edge has passed its cell.
+        the leading edge has passed its cell. age: history of the contact at the points.
         """
-        return self._on_nodes.of(contact)
+        return self._found_on_nodes(contact, age) if len(age) else self._on_nodes.of(contact)
 
-    @abstractmethod
-    def _found_on_nodes(self, contact: ContactLoads) -> tuple[Mask, NodeLoads]:
+    def _found_on_nodes(self, contact: ContactLoads, age: Array) -> tuple[Mask, FilmLoads]:
         """Compute the result of `on_nodes`. Collective."""
+        loads = self._law.loads(contact.pressure, contact.speed, age)
+        covered, of_nodes = self._of_nodes(loads, contact)
+        if loads.carried is None:
+            return covered, of_nodes
+        grid, touching, carried = self.ice.grid, contact.touching, loads.carried
+        amounts = touching * np.stack(
+            [np.ones_like(touching), carried.pressure, carried.cover,
+             carried.pressure * carried.softness]
+        )  # fmt: skip
+        area, force, cover, softer = grid.scatter(amounts, place(grid, contact))[:, grid.own]
+        pressure = np.divide(force, area, out=np.zeros_like(force), where=covered)
+        softness = np.divide(softer, force, out=np.ones_like(force), where=force > 0.0)
+        voids = carried._replace(
+            pressure=pressure,
+            cover=cover / grid.cell_area[grid.own],
+            softness=softness if len(age) else 1.0,
+        )
+        return covered, of_nodes._replace(carried=voids)
 
     def _of_nodes(self, loads: FilmLoads, contact: ContactLoads) -> tuple[Mask, FilmLoads]:
         """Mask and loads of the nodes from the loads of the points. Collective."""
@@ -209,8 +231,9 @@ class FilmsOnNodes(ABC, Generic[NodeLoads]):
         covered, cell = area > 0.0, grid.cell_area[grid.own]
         speed = np.divide(power, viscous, out=np.zeros_like(power), where=viscous > 0.0)
         free = np.divide(free, area, out=np.ones_like(free), where=covered)
-        models = loads.variable_viscosity, loads.limit
-        of_nodes = FilmLoads(viscous / cell, speed, squeeze / cell, free, *models)
+        of_nodes = loads._replace(
+            viscous=viscous / cell, speed=speed, squeeze_rate=squeeze / cell, free_height=free
+        )
         return covered, of_nodes
 
     def _cover(self, contact: ContactLoads) -> Array:
@@ -226,7 +249,7 @@ class FilmsOnNodes(ABC, Generic[NodeLoads]):
             return Shifted(state, offset)
         fresh_height, _, _ = self._law.initial(self._fresh_height, 1)
         before, column = grid.allgather(state.squeezed_height), grid.n_nodes // grid.shape[0]
-        water = self._brought(self._x + distance - rest)
+        water = self._law.brought(self._x + distance - rest)
         water[: -cells * column] = before[cells * column :]
         # The window ends in the middle of the last cells; the other half enters, too.
         entered, last = slice(-cells * column, None), slice(-column, None)
@@ -239,6 +262,7 @@ class FilmsOnNodes(ABC, Generic[NodeLoads]):
             self.ice.shifted(state.ice, cells),
             state.rubber,
             shifted(grid, state.internal, cells, list(self._law.internal_at_start)),
+            state.age,
         )
         return Shifted(after, rest, left, brought)
 
@@ -247,16 +271,3 @@ class FilmsOnNodes(ABC, Generic[NodeLoads]):
         """Positions (m) of all nodes in the window, along x."""
         grid = self.ice.grid
         return np.repeat(grid.lines[0], grid.n_nodes // grid.shape[0])
-
-    def _brought(self, x: Array) -> Array:
-        """Water height (m) on fresh ice at positions `x` (m)."""
-        return np.zeros_like(x)
-
-
-class OnIce(FilmsOnNodes[FilmLoads]):
-    """Films on the ice's nodes, under a law without contact history."""
-
-    _law: FilmLaw
-
-    def _found_on_nodes(self, contact: ContactLoads) -> tuple[Mask, FilmLoads]:
-        return self._of_nodes(self._law.loads(contact.pressure, contact.speed), contact)

@@ -32,17 +32,19 @@ class Attached:
         """`at`: placement of the points on the ice."""
         self.ice, self.rubber = ice, rubber
         self._law, self._at = law, at
+        young = law.untouched(0)
 
         @lru_cache(maxsize=RECENT)
         def loads(contact: ContactLoads) -> Loads:
-            return law.loads(contact.pressure, contact.speed)
+            return law.loads(contact.pressure, contact.speed, young)
 
-        self._loads = loads
+        self._recent = loads
 
     def start(self, film_height: float, n_points: int) -> InterfaceState:
         """Films of the initial height (m) on cold ice, under cold rubber."""
         heat_states = self.ice.initial(n_points), self.rubber.initial(n_points)
-        return fresh(self._law, film_height, n_points, *heat_states)
+        state = fresh(self._law, film_height, n_points, *heat_states)
+        return state._replace(age=self._law.untouched(n_points))
 
     def advance(
         self,
@@ -59,9 +61,13 @@ class Attached:
         contacts = self._contacts(start, end)
         cover = ((start.pressure > 0.0) | (end.pressure > 0.0)).astype(float)
         ice, rubber = self.ice.under(contacts), self.rubber.covered(cover)
-        first, last = (self._acting(one, contacts) for one in (start, end))
+        warm = rubber.at_contact(state.rubber, ice, state.ice)
+        age = self._law.aged(state.age, start.pressure, end.pressure, dt, warm)
+        first = self._acting(start, contacts, state.age)
+        last = self._acting(end, contacts, age)
         step = advance(state, first, last, dt, ice, integrator, rubber)
-        return InterfaceStep(step, contacts.area, last, ice, rubber, step.state)
+        after = step.state._replace(age=age)
+        return InterfaceStep(step, contacts.area, last, ice, rubber, after)
 
     def sheared(self, state: InterfaceState, contact: ContactLoads) -> Sheared:
         """The shear law of each point, from its film or the user's law. Collective."""
@@ -120,9 +126,11 @@ class Attached:
         """Internal variables of the points."""
         return state.internal
 
-    def _acting(self, contact: ContactLoads, contacts: Contacts) -> Loads:
-        """Loads at an end of a step."""
-        return self._loads(contact)
+    def _acting(self, contact: ContactLoads, contacts: Contacts, age: Array) -> Loads:
+        """Loads at an end of a step, with the history of the contact there."""
+        if len(age):
+            return self._law.loads(contact.pressure, contact.speed, age)
+        return self._recent(contact)
 
     def _contacts(self, start: ContactLoads, end: ContactLoads) -> Contacts:
         """Contacts at the points' positions in the middle of a step."""
@@ -156,7 +164,7 @@ class Rubbing(Attached):
         rubs = np.flatnonzero((start.pressure > 0.0) | (end.pressure > 0.0))
         at, area, _ = self._contacts(start, end)
         ice = self.ice.under(Contacts(at, area[rubs], rubs))
-        first, last = (self._loads(one).take(rubs) for one in (start, end))
+        first, last = (self._recent(one).take(rubs) for one in (start, end))
         films = state.log_height[rubs], state.squeezed_height[rubs]
         begin = InterfaceState(*films, state.ice)
         step = advance(begin, first, last, dt, ice, integrator)

@@ -165,4 +165,5 @@ class PassBegin(NamedTuple):
         elif freezes:
             height, squeezed = unfrozen(height, left, self.first)
         log_height, internal = law.films(height, ice.surface_temperature(heat))
-        return InterfaceState(log_height, squeezed, heat, state.rubber, internal)
+        young = law.untouched(state.age.shape[1])
+        return InterfaceState(log_height, squeezed, heat, state.rubber, internal, young)

@@ -1,23 +1,33 @@
-"""The water film as a friction law: its loads and shear under a contact pressure."""
+"""The water film as a friction law: its loads and shear under a contact pressure.
+
+The law is made of components (`film.loads`): contact, which may age; shear, which a strength may
+limit; voids, which may carry; phase change. A scene without any of their keys has the published
+law.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem.film.contact_age import AnyContact
+from iceslide_fem.film.carrying import Carried
+from iceslide_fem.film.contact_age import CONTACT_AREA, AnyContact, ContactAge, contact_age
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.film.law import log_shearing
-from iceslide_fem.film.loads import FilmLoads, film_loads
+from iceslide_fem.film.limiting_shear import SHEAR_STRENGTH, SLOWEST, LimitingShear
+from iceslide_fem.film.loads import FilmLoads, film_loads, films_of
+from iceslide_fem.film.phase import Refreeze
+from iceslide_fem.film.shear_strength import shear_strength, shearing_height
 from iceslide_fem.film.viscosity import FILM_VISCOSITY, VariableViscosity
+from iceslide_fem.film.voids import Lugs, Voids, lugs_of
 from iceslide_fem.laws.protocol import Sheared
 from iceslide_fem.runtime.arrays import Array, Mask
-from iceslide_fem.runtime.curve import Curve
 from iceslide_fem.scene import Scene
-from iceslide_fem.scene.materials import WATER_VISCOSITY
+from iceslide_fem.scene.contact_table import ContactTable
+from iceslide_fem.scene.materials import MELTING_TEMPERATURE, WATER_VISCOSITY
 
 # Shear fades in up to this fraction of the nominal pressure. It fades in more slowly if its slope
 # with pressure would exceed this friction coefficient: points that touch and lift under a
@@ -25,116 +35,276 @@ from iceslide_fem.scene.materials import WATER_VISCOSITY
 RAMP_SHARE, STEEPEST_RAMP = 0.05, 10.0
 
 
+class WetVoids(NamedTuple):
+    """Voids that carry, the `lugs` that drain them, and the water on the ice ahead.
+
+    brought: function from positions x (m) to the water height on the ice (m).
+    """
+
+    voids: Voids
+    lugs: Lugs
+    brought: Callable[[Array], Array]
+
+
+class First(NamedTuple):
+    """Start of a run: temperature of ice and rubber (K), slip speed (m/s), film height (m), and
+    the melting temperature of the ice (K).
+    """
+
+    temperature: float = MELTING_TEMPERATURE - 4.0
+    rubber: float = MELTING_TEMPERATURE - 4.0
+    speed: float = 1.0
+    height: float = 70e-9
+    melting_temperature: float = MELTING_TEMPERATURE
+
+
+class Seen(NamedTuple):
+    """Films as points of the rubber see them; arrays (n,).
+
+    height: h eta_0 / eta, m; strength: tau_b, Pa, with a limit; water: in voids that carry, m, else
+    None; age: history of the contact.
+    """
+
+    height: Array
+    strength: Array | None
+    water: Array | None
+    age: Array
+
+
 @dataclass(frozen=True, eq=False)
 class FilmLaw:
     """The film law with the parameters that follow from the contact pressure.
 
-    parameters: k, D, H_V over pressure; nominal: pressure (Pa) used for them and for squeeze-out
-    instead of the local one, or None; ramp_pressure: pressure (Pa) over which shear fades in,
-    because film shear does not vanish with p and would jump at touchdown; viscosity: eta of water
-    (Pa s), with a `table` that at the ice's initial temperature.
+    contact: k, D, H_V over pressure, fresh with an `age`; nominal: pressure (Pa) used for them and
+    for squeeze-out instead of the local one, or None; ramp_pressure: pressure (Pa) over which shear
+    fades in, because film shear does not vanish with p and would jump at touchdown; viscosity:
+    eta_0 of water, Pa s. Components are None if the law does not have them; refreeze: which water
+    freezes.
     """
 
-    parameters: AnyContact
+    contact: AnyContact
     nominal: float | None
     ramp_pressure: float
     viscosity: float = WATER_VISCOSITY
-    table: Curve | None = None
-    name: ClassVar[str] = "film"
-    has_film: ClassVar[bool] = True
-    viscous: ClassVar[bool] = True
-    fault: ClassVar[str | None] = None
+    first: First = First()
+    water: VariableViscosity | None = None
+    limit: LimitingShear | None = None
+    age: ContactAge | None = None
+    wet: WetVoids | None = None
+    refreeze: Refreeze = "nothing"
+    fault: str | None = None
+    has_film: bool = True
+
+    @property
+    def name(self) -> str:
+        """Name in messages, with the components."""
+        return "film" + "".join(
+            words
+            for words, component in (
+                (" with a limiting shear stress", self.limit),
+                (" at the contact's age", self.age),
+                (" beside voids that carry", self.wet),
+            )
+            if component is not None
+        )
+
+    @property
+    def viscous(self) -> bool:
+        """Whether shear is proportional to the slip speed: without a limit."""
+        return self.limit is None
 
     @property
     def freezes(self) -> bool:
-        """Whether water freezes when friction heat is too low, also on uncovered ice."""
-        return False
+        """Whether water also freezes on uncovered ice."""
+        return self.refreeze in ("film", "all")
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """The viscosity, if it depends on temperature."""
-        return () if self.table is None else (FILM_VISCOSITY,)
+        """tau_b, the viscosity, and k, where they change."""
+        return tuple(
+            name
+            for name, component in (
+                (SHEAR_STRENGTH, self.limit), (FILM_VISCOSITY, self.water), (CONTACT_AREA, self.age)
+            )
+            if component is not None
+        )  # fmt: skip
 
     @property
     def internal_at_start(self) -> tuple[float, ...]:
-        """ln(eta / eta_0) = 0, if the viscosity depends on temperature."""
-        return (0.0,) * len(self.columns)
+        """Internal variables of films on fresh ice, below the longest lug."""
+        return tuple(self.initial(self.first.height, 1)[2][:, 0].tolist())
 
     def frame(self, asked: str) -> str:
         """The frame that the scene has `asked` for."""
         return asked
 
-    def loads(self, pressure: Array, speed: Array) -> FilmLoads:
-        """Loads of the film at local `pressure` (Pa) and `speed` (m/s)."""
-        p = self.read_at(pressure)
-        k, D, H_V, _ = self.parameters(p)
+    def untouched(self, n: int) -> Array:
+        """History of the contact of `n` points of rubber that have not touched, (rows, n)."""
+        return np.zeros((0, n)) if self.age is None else self.age.fresh(n)
+
+    def aged(
+        self, age: Array, start: Array, end: Array, dt: Array | float, kelvin: Array | None
+    ) -> Array:
+        """History after `dt` (s) under pressures (Pa) from `start` to `end`, (n,).
+
+        kelvin: temperature of the rubber's surface, K; None for that at the start.
+        """
+        if self.age is None:
+            return age
+        kelvin = np.full_like(end, self.first.rubber) if kelvin is None else kelvin
+        first, last = (np.where(p > 0.0, self.read_at(p), 0.0) for p in (start, end))
+        return self.age.after(age, first, last, self.age.relaxation.reduced(dt, kelvin))
+
+    def of_contact(self, age: Array) -> AnyContact:
+        """k, D, H_V over pressure at this history."""
+        return self.contact if self.age is None else self.age.so_far(age)
+
+    def loads(self, pressure: Array, speed: Array, age: Array) -> FilmLoads:
+        """Loads of the film at local `pressure` (Pa), `speed` (m/s) and history of the contact."""
+        p, contact = self.read_at(pressure), self.of_contact(age)
+        k, D, H_V, _ = contact(p)
         ramp, _ = self.ramp(pressure)
+        carried = None
+        if self.wet is not None:
+            softness = 1.0 if self.age is None else self.age.so_far(age).softness(p)
+            carried = Carried(self.wet.voids, pressure, ramp, self.viscosity, softness)
         p, k = np.where(pressure > 0.0, p, 0.0), ramp * k
-        variable_viscosity = (
-            None if self.table is None else VariableViscosity(self.table, self.viscosity)
-        )
-        return film_loads(p, speed, k, D, H_V, self.viscosity, variable_viscosity)
+        components = self.water, self.limit, carried, self.refreeze
+        return film_loads(p, speed, k, D, H_V, self.viscosity, *components)
 
     def initial(self, film_height: float, n: int) -> tuple[Array, Array, Array]:
-        """Films of the height (m) without squeezed-out water; with a table ln(eta / eta_0) = 0."""
-        return np.full(n, np.log(film_height)), np.zeros(n), np.zeros((len(self.columns), n))
+        """Films of the height (m) on ice at its initial temperature, with the water on it."""
+        heights = np.full(n, film_height)
+        log_height, internal = self.films(heights, np.full(n, self.first.temperature))
+        return log_height, self.brought(np.zeros(n)), internal
+
+    def brought(self, x: Array) -> Array:
+        """Water height (m) on the ice at positions `x` (m)."""
+        return np.zeros_like(x) if self.wet is None else self.wet.brought(x)
 
     def films(self, height: Array, temperature: Array) -> tuple[Array, Array]:
-        """ln h and internal variables of films of `height` (m) on ice of `temperature` (K)."""
-        if self.table is None:
-            return np.log(height), np.zeros((0, height.size))
-        viscosity = VariableViscosity(self.table, self.viscosity)
-        return np.log(height), viscosity(temperature)[None]
+        """ln h and internal variables of films of `height` (m) on ice of `temperature` (K).
+
+        The slip speed is the first one of the scene.
+        """
+        below = np.maximum(self.first.melting_temperature - temperature, 0.0)
+        speed = np.full_like(height, self.first.speed)
+        lug = None if self.wet is None else self.wet.lugs.longest
+        return films_of(height, temperature, below, speed, self.water, self.limit, lug)
 
     def sheared(self, state: InterfaceState, temperature: Callable[[], Array]) -> Sheared:
-        """The shear law of films in `state`, independent of the temperature."""
-        return self.over(np.exp(-log_shearing(state)))
+        """The shear law of films in `state`, with their present strength and water."""
+        water = None if self.wet is None else state.squeezed_height
+        if self.limit is None:
+            return self.over(Seen(np.exp(-log_shearing(state)), None, water, state.age))
+        ratio = np.exp(state.internal[self._viscosity_row]) if self.water is not None else 1.0
+        height = self.limit.height(state.log_height) / ratio
+        return self.over(Seen(height, state.internal[1], water, state.age))
 
     def at_start(self, film_height: float, n: int) -> Sheared:
         """The shear law of `n` films of the height (m)."""
-        return self.over(np.full(n, film_height))
+        log_height, water, internal = self.initial(film_height, n)
+        state = InterfaceState(
+            log_height, water, np.zeros((0, n)), internal=internal, age=self.untouched(n)
+        )
+        return self.sheared(state, lambda: np.full(n, self.first.temperature))
 
     def film_height(self, state: InterfaceState) -> Array:
         """h of every film (n,), m."""
-        return np.asarray(np.exp(state.log_height))
+        if self.limit is None:
+            return np.asarray(np.exp(state.log_height))
+        return self.limit.height(state.log_height)
 
     def height_at(self, state: InterfaceState, read: Callable[[Array], Array]) -> Array:
-        """Harmonic mean of h (m) of the films around points; it gives their mean shear.
+        """Mean h (m) of the films around points.
 
-        read: interpolation from films to points. Collective if `read` is.
+        It is the harmonic one, which gives their mean shear, where h cannot be 0. read:
+        interpolation from films to points. Collective if `read` is.
         """
-        return np.asarray(1.0 / read(np.exp(-state.log_height)))
+        if self.limit is None:
+            return np.asarray(1.0 / read(np.exp(-state.log_height)))
+        return read(self.film_height(state))
 
-    def read(self, shearing: Array, internal: Array, speed: Array) -> Sheared:
-        """The shear law of points with the mean `shearing` eta / (eta_0 h) (1/m), (n,)."""
-        return self.over(1.0 / shearing)
+    def read(self, shearing: Array, internal: Array, speed: Array, age: Array) -> Sheared:
+        """The shear law of points with the mean `shearing` (1/m), (n,), exp of `log_shearing`.
 
-    def reported(self, internal: Array, pressure: Array) -> Mapping[str, Array]:
-        """The viscosity (Pa s) from the internal variable ln(eta / eta_0), (1, n)."""
-        return dict(zip(self.columns, self.viscosity * np.exp(internal), strict=True))
+        Voids that carry are left out.
+        """
+        whole = 1.0 / shearing
+        if self.limit is None:
+            return self.over(Seen(whole, None, None, age))
+        drag = self.limit.drag(speed)
+        dry = np.minimum(drag / internal[1], whole)
+        return self.over(Seen(whole - dry, drag / dry, None, age))
 
-    def over(self, film_height: Array) -> Sheared:
-        """The shear law of films with these h eta_0 / eta (m), (n,)."""
+    def reported(self, internal: Array, pressure: Array, age: Array) -> Mapping[str, Array]:
+        """The `columns` from internal variables (m, n) and histories under `pressure` (Pa)."""
+        found: dict[str, Array] = {}
+        if self.limit is not None:
+            found[SHEAR_STRENGTH] = internal[1]
+        if self.water is not None:
+            found[FILM_VISCOSITY] = self.viscosity * np.exp(internal[self._viscosity_row])
+        if self.age is not None:
+            k, _ = self.age.so_far(age).contact_area(self.read_at(pressure))
+            found[CONTACT_AREA] = k
+        return found
+
+    @property
+    def _viscosity_row(self) -> int:
+        return 1 if self.limit is None else 2
+
+    def over(self, films: Seen) -> Sheared:
+        """The shear law of films: tau = k eta v / (h + h_b), faded in with pressure; see
+        `film.carrying` for voids that carry.
+        """
 
         def shear(pressure: Array, speed: Array) -> tuple[Array, Array, Array]:
-            height = film_height.reshape(pressure.shape)
-            unit, slope = self.shear(pressure, np.ones_like(height), height)
-            return unit * speed, slope * speed, unit
+            height = films.height.reshape(pressure.shape)
+            whole, viscous = height, np.ones_like(height)
+            if self.limit is not None and films.strength is not None:
+                whole = height + self.limit.drag(speed) / films.strength.reshape(pressure.shape)
+                viscous = np.where(np.abs(speed) > SLOWEST, height / whole, 1.0)
+            if films.water is None:
+                unit, slope = self.shear(pressure, np.ones_like(whole), whole, films.age)
+                return unit * speed, slope * speed, unit * viscous
+            film, thick = self._beside(pressure, whole, films)
+            step = 1e-6 * np.maximum(np.abs(pressure), 1.0)
+            more = sum(self._beside(pressure + step, whole, films))
+            slope = (more - film - thick) / step
+            return (film + thick) * speed, slope * speed, film * viscous + thick
 
         return shear
 
-    def shear(self, pressure: Array, speed: Array, film_height: Array) -> tuple[Array, Array]:
+    def _beside(self, pressure: Array, whole: Array, films: Seen) -> tuple[Array, Array]:
+        """tau of film and water over the slip speed (Pa s/m), beside voids that carry."""
+        assert films.water is not None
+        flat = pressure.ravel()
+        loads = self.loads(flat, np.ones_like(flat), films.age)
+        assert loads.carried is not None
+        shared = loads.carried.sharing(loads, films.water)
+        film = shared.film.viscous.reshape(pressure.shape) / whole
+        return film, shared.thick.reshape(pressure.shape)
+
+    def shear(
+        self, pressure: Array, speed: Array, film_height: Array, age: Array
+    ) -> tuple[Array, Array]:
         """tau = k eta v / h (5.29), faded in with pressure (Pa), and d tau / d p."""
-        k, dk_dp = self.parameters.contact_area(self.read_at(pressure))
+        k, dk_dp = self.of_contact(age).contact_area(self.read_at(pressure))
         if self.nominal is not None:
             dk_dp = np.zeros_like(dk_dp)
         ramp, slope = self.ramp(pressure)
         factor = self.viscosity * speed / film_height
         return ramp * k * factor, (slope * k + ramp * dk_dp) * factor
 
+    def contact_pressure(self, pressure: Array, water: Array, age: Array) -> Array:
+        """p_c (Pa) that asperities bear under `pressure` (Pa) with `water` (m) in the voids, (n,).
+        """
+        carried = self.loads(pressure, np.ones_like(pressure), age).carried
+        return pressure if carried is None else carried.contact_pressure(water)
+
     def outside(self, pressure: Array) -> Mask:
         """Mask of pressures outside the table of k, D, H_V."""
-        return self.parameters.outside(self.read_at(pressure))
+        return self.contact.outside(self.read_at(pressure))
 
     def read_at(self, pressure: Array) -> Array:
         """The pressure for k, D, H_V and squeeze-out, Pa: local or nominal."""
@@ -147,13 +317,35 @@ class FilmLaw:
 
 
 def film_law(scene: Scene) -> FilmLaw:
-    """The film law of the scene."""
+    """The film law of the scene, with its components."""
+    strength, table, speeds = shear_strength(scene), scene.water.table, scene.load.speeds
+    contact, limit, wet = scene.contact_parameters, None, None
+    height = scene.initial_height
+    if strength is not None:
+        freezes = scene.refreeze != "nothing"
+        limit = LimitingShear.of(strength, scene.viscosity, speeds.largest, freezes)
+        height = shearing_height(scene, speeds.largest)
+    if scene.film.voids == "carry":
+        assert isinstance(contact, ContactTable)  # by the scene's validation
+        lugs = lugs_of(scene.rubber, wide=scene.model != "block")
+        wet = WetVoids(Voids(contact, lugs.longest), lugs, scene.ice.water_at)
     return FilmLaw(
-        scene.contact_parameters,
+        contact,
         scene.load.pressures.first if scene.film.pressure == "nominal" else None,
-        scene.numerics.shear_ramp_pressure or default_ramp(scene, scene.initial_height),
+        scene.numerics.shear_ramp_pressure or default_ramp(scene, height),
         scene.viscosity,
-        scene.water.table,
+        First(
+            scene.ice.temperature,
+            scene.ice.temperature,
+            speeds.first,
+            scene.initial_height,
+            scene.ice.melting_temperature,
+        ),
+        None if table is None else VariableViscosity(table, scene.viscosity),
+        limit,
+        contact_age(scene),
+        wet,
+        scene.refreeze,
     )
 
 

@@ -1,116 +1,73 @@
-"""Integration of any friction law at contact points with common steps."""
+"""Points under any friction law, for the integrator of points (`film.point.integrate`)."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem.film.ice_heat import IceHeat
-from iceslide_fem.film.integrators import InterfaceState, Loads, Step, advance
-from iceslide_fem.film.rubber_heat import INSULATED, RubberHeat
-from iceslide_fem.film.runge_kutta import Integrator
-from iceslide_fem.film.step_control import step_factor
+from iceslide_fem.film.driving import PointLoads
 from iceslide_fem.laws.protocol import InterfaceLaw
-from iceslide_fem.runtime.arrays import Array
-from iceslide_fem.runtime.errors import NotConverged, SimulationStopped
+from iceslide_fem.runtime.arrays import Array, Index, Mask
+from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.scene.course import Course
 
-WHOLE = np.ones(1)  # one point with the whole pressure
-FIRST_STEP, SHORTEST_STEP, LONGEST_STEP = 1e-5, 1e-13, 0.01  # of the duration
 
+class LawDrive(NamedTuple):
+    """Points under `law`, with pressure (Pa) and slip speed (m/s) over time.
 
-class Moment(NamedTuple):
-    """State of the points at a time (s).
-
-    step, dt: the step that ends there and its length (None and 0 at the start); shear: Pa, (n,);
-    rejected: number of rejected trials of this step.
+    fractions: of the pressure at each point, (n,).
     """
 
-    time: float
-    dt: float
-    state: InterfaceState
-    shear: Array
-    step: Step | None
-    rejected: int
+    law: InterfaceLaw
+    pressures: Course
+    speeds: Course
+    fractions: Array
 
+    @property
+    def constant(self) -> bool:
+        """Whether loads and contact are constant."""
+        steady = self.pressures.is_constant and self.speeds.is_constant
+        return steady and not len(self.law.untouched(0))
 
-def moments(
-    law: InterfaceLaw,
-    pressure: Course,
-    speed: Course,
-    duration: float,
-    ice: IceHeat,
-    integrator: Integrator,
-    tolerance: float,
-    temperature_scale: float,
-    rubber: RubberHeat = INSULATED,
-    max_step: float | None = None,
-    fractions: Array = WHOLE,
-    film_height: float = 1.0,
-    start: InterfaceState | None = None,
-) -> Iterator[Moment]:
-    """The start and every accepted step, under pressure (Pa) and slip speed (m/s) over time.
+    def loads(self, time: Array, age: Array) -> PointLoads:
+        """Loads at a time, with the history of the contact."""
+        return self.law.loads(self.pressure(time), self.speeds(time), age)
 
-    Steps end on kinks of the loads. `fractions` (n,) are the points' fractions of the pressure.
-    Films begin with `film_height` (m), if the law has films, on ice and rubber at their initial
-    temperatures. A given `start` replaces this initial state.
+    def pressure(self, time: Array) -> Array:
+        """Pressure, Pa."""
+        return self.fractions * self.pressures(time)
 
-    tolerance: target relative error of mu; temperature_scale: reference of errors of surface
-    temperatures, K. An integrator without an error estimate makes steps of `max_step` (s). Raises
-    SimulationStopped if the law returns an invalid result or no step is short enough.
-    """
-    n = fractions.size
-    log_height, squeezed, internal = law.initial(film_height, n)
-    state = start or InterfaceState(
-        log_height, squeezed, ice.initial(n), rubber.initial(n), internal
-    )
-    longest = max_step or LONGEST_STEP * duration
-    adaptive, time = bool(integrator.estimate), 0.0
-    dt = min(FIRST_STEP * duration, longest) if adaptive else longest
+    def next_corner(self, time: Array) -> Array:
+        """Time of the next kink, s."""
+        return np.minimum(self.pressures.next_corner(time), self.speeds.next_corner(time))
 
-    def loads_at(time: float) -> Loads:
-        return law.loads(pressure.at(time) * fractions, np.full(n, speed.at(time)))
+    def aged(self, age: Array, time: Array, dt: Array, kelvin: Array | None) -> Array:
+        """History of the contact `dt` (s) after `time`."""
+        ends = (self.pressure(one) for one in (time, time + dt))
+        return self.law.aged(age, *ends, dt, kelvin)
 
-    def moment(step: Step | None, length: float) -> Moment:
-        shear = loads_at(time).shear(state, ice)
-        _stop_at_fault(law, time)
-        return Moment(time, length, state, shear, step, rejected)
+    def together(self, dt: Array) -> Array:
+        """Steps of one length under a law without films, which is given one length."""
+        return dt if self.law.has_film else np.full_like(dt, dt.min())
 
-    rejected = 0
-    yield moment(None, 0.0)
-    while time < duration:
-        corner = min(float(course.next_corner(time)) for course in (pressure, speed))
-        dt = min(dt, duration - time, corner - time)
-        ends = dt == duration - time
-        first, last = loads_at(time), loads_at(time + dt)
-        try:
-            step = advance(state, first, last, dt, ice, integrator, rubber)
-            scale = np.full(n, temperature_scale)
-            error = float(last.local_error(step, ice, rubber, scale).max())
-        except NotConverged:
-            error = np.inf
-        _stop_at_fault(law, time)
-        if adaptive:
-            error /= integrator.allowed * tolerance
-        elif np.isfinite(error):  # a fixed step cannot be shortened
-            error = 0.0
-        following = dt * float(step_factor(error, max(integrator.estimate_order, 1)))
-        if not error <= 1.0:
-            dt, rejected = following, rejected + 1
-            if dt < SHORTEST_STEP * duration:
-                raise SimulationStopped(
-                    f"the friction law {law.name} cannot be advanced beyond t = {time:.4g} s: even "
-                    f"steps of {dt:.2g} s miss the tolerance"
-                )
-            continue
-        time, state = duration if ends else time + dt, step.state
-        yield moment(step, dt)
-        rejected = 0
-        dt = min(following, longest) if adaptive else longest
+    def agreed(self, good: Mask) -> Mask:
+        """All or none under a law without films."""
+        return good if self.law.has_film else np.full_like(good, good.all())
 
+    def check(self, time: Array) -> None:
+        """Raise SimulationStopped if the law has returned an invalid result, at `time` (s)."""
+        if self.law.fault:
+            at = 1e3 * float(time.min())
+            raise SimulationStopped(f"{self.law.fault}; the run stops at t = {at:.4g} ms")
 
-def _stop_at_fault(law: InterfaceLaw, time: float) -> None:
-    if law.fault:
-        raise SimulationStopped(f"{law.fault}; the run stops at t = {1e3 * time:.4g} ms")
+    def subject(self, number: int, time: Array) -> str:
+        """The film by pressure and speed, or the law."""
+        if not self.law.has_film:
+            return f"the friction law {self.law.name}"
+        p, speed = self.pressure(time)[number], self.speeds(time)[number]
+        return f"the film at {p:.4g} Pa and {speed:.4g} m/s"
+
+    def take(self, index: Index) -> LawDrive:
+        """The same at the points of `index`."""
+        return self._replace(fractions=self.fractions.take(index, mode="clip"))

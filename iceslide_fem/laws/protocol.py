@@ -40,12 +40,16 @@ frees energy, the energy balance does not close, and the run stops.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
-from iceslide_fem.film.integrators import InterfaceState, Loads
+from iceslide_fem.film.driving import PointLoads
+from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.runtime.arrays import Array, Mask
+
+if TYPE_CHECKING:  # the film law is a law of this protocol
+    from iceslide_fem.laws.film import WetVoids
 
 
 class Contact(NamedTuple):
@@ -130,6 +134,10 @@ class InterfaceLaw(Protocol):
         """
 
     @property
+    def wet(self) -> WetVoids | None:
+        """Voids that carry and what drains them; None without."""
+
+    @property
     def viscous(self) -> bool:
         """Whether shear is proportional to the slip speed at a given state.
 
@@ -163,8 +171,19 @@ class InterfaceLaw(Protocol):
         height: of the films, m; temperature: of the ice's surface, K; both (n,).
         """
 
-    def loads(self, pressure: Array, speed: Array) -> Loads:
-        """Loads at local `pressure` (Pa) and slip `speed` (m/s), (n,)."""
+    def untouched(self, n: int) -> Array:
+        """History of the contact of `n` points of rubber that have not touched, (rows, n)."""
+
+    def aged(
+        self, age: Array, start: Array, end: Array, dt: Array | float, kelvin: Array | None
+    ) -> Array:
+        """History after `dt` (s) under pressures (Pa) from `start` to `end`, (n,).
+
+        kelvin: temperature of the rubber's surface, K; None for that at the start.
+        """
+
+    def loads(self, pressure: Array, speed: Array, age: Array) -> PointLoads:
+        """Loads at local `pressure` (Pa), slip `speed` (m/s) and history of the contact."""
 
     def sheared(self, state: InterfaceState, temperature: Callable[[], Array]) -> Sheared:
         """The shear law of points in `state`, on ice of `temperature` (K)."""
@@ -177,8 +196,14 @@ class InterfaceLaw(Protocol):
     def film_height(self, state: InterfaceState) -> Array:
         """Film heights (n,), m; NaN for a law without films."""
 
-    def reported(self, internal: Array, pressure: Array) -> Mapping[str, Array]:
-        """Column -> values, SI, of internal variables (m, n) under pressures (Pa), (n,)."""
+    def reported(self, internal: Array, pressure: Array, age: Array) -> Mapping[str, Array]:
+        """Column -> values, SI, of internal variables (m, n) and histories of the contact under
+        pressures (Pa), (n,).
+        """
+
+    def contact_pressure(self, pressure: Array, water: Array, age: Array) -> Array:
+        """p_c (Pa) that asperities bear under `pressure` (Pa) with `water` (m) in the voids, (n,).
+        """
 
     def outside(self, pressure: Array) -> Mask:
         """Mask of pressures for which the law has no data."""

@@ -10,13 +10,8 @@ import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from iceslide_fem.film.contact_age import contact_age
-from iceslide_fem.film.shear_strength import shear_strength
-from iceslide_fem.laws.aged_film import AgedFilm
-from iceslide_fem.laws.carrying_film import CarryingFilm, carrying_film
 from iceslide_fem.laws.coulomb import Coulomb, check_weakening
-from iceslide_fem.laws.film import FilmLaw, film_law
-from iceslide_fem.laws.limited_film import limited_film
+from iceslide_fem.laws.film import film_law
 from iceslide_fem.laws.protocol import InterfaceLaw, Law
 from iceslide_fem.laws.user_law import UserLaw
 from iceslide_fem.runtime.errors import SceneError
@@ -101,14 +96,4 @@ def user_law(scene: Scene) -> UserLaw:
     return bound
 
 
-def film(scene: Scene) -> FilmLaw | AgedFilm | CarryingFilm:
-    """The film law, with the scene's options: limiting shear, contact age, or voids that carry."""
-    strength = shear_strength(scene)
-    law = film_law(scene) if strength is None else limited_film(scene, strength)
-    if scene.film.voids == "carry":
-        return carrying_film(law, scene)
-    age = contact_age(scene)
-    return law if age is None else AgedFilm(law, age, scene.ice.temperature)
-
-
-LAWS: dict[str, Callable[[Scene], InterfaceLaw]] = {"film": film, "coulomb": user_law}
+LAWS: dict[str, Callable[[Scene], InterfaceLaw]] = {"film": film_law, "coulomb": user_law}

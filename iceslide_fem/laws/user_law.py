@@ -31,6 +31,7 @@ class UserLaw:
 
     has_film: ClassVar[bool] = False
     viscous: ClassVar[bool] = False
+    wet: ClassVar[None] = None
 
     def __init__(self, law: Law, name: str, temperature: float, melting_temperature: float) -> None:
         self._law, self.name = law, name
@@ -61,7 +62,17 @@ class UserLaw:
         """No film, and the law's initial state."""
         return np.full_like(height, np.log(NO_FILM)), self._internal(height.size)
 
-    def loads(self, pressure: Array, speed: Array) -> UserLoads:
+    def untouched(self, n: int) -> Array:
+        """No history of the contact: a law has internal variables instead."""
+        return np.zeros((0, n))
+
+    def aged(
+        self, age: Array, start: Array, end: Array, dt: Array | float, kelvin: Array | None
+    ) -> Array:
+        """The same."""
+        return age
+
+    def loads(self, pressure: Array, speed: Array, age: Array) -> UserLoads:
         """Loads at local `pressure` (Pa) and `speed` (m/s)."""
         return UserLoads(self, np.maximum(pressure, 0.0), speed)
 
@@ -77,9 +88,13 @@ class UserLaw:
         """NaN: there is no film."""
         return np.full_like(state.log_height, np.nan)
 
-    def reported(self, internal: Array, pressure: Array) -> Mapping[str, Array]:
+    def reported(self, internal: Array, pressure: Array, age: Array) -> Mapping[str, Array]:
         """The fields under their column names."""
         return dict(zip(self.columns, internal, strict=True))
+
+    def contact_pressure(self, pressure: Array, water: Array, age: Array) -> Array:
+        """All of the pressure."""
+        return pressure
 
     def outside(self, pressure: Array) -> Mask:
         """False everywhere: there is no table."""

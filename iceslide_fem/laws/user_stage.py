@@ -12,11 +12,11 @@ from typing import NamedTuple, Protocol, Self
 import numpy as np
 
 from iceslide_fem.film.ice_heat import IceHeat
-from iceslide_fem.film.integrators import InterfaceState, Step, surface_errors
+from iceslide_fem.film.integrators import EVEN, InterfaceState, Step, Weights, surface_errors
 from iceslide_fem.film.law import Film, FilmHistory, FilmStage, Surface
 from iceslide_fem.film.rubber_heat import RubberHeat
 from iceslide_fem.laws import protocol
-from iceslide_fem.runtime.arrays import Array, Index
+from iceslide_fem.runtime.arrays import Array, Index, Mask
 
 WARMER = 1e-4  # K, increment for the numerical derivative of heat with temperature
 
@@ -69,6 +69,44 @@ class UserLoads(NamedTuple):
     pressure: Array
     speed: Array
     places: Places | None = None
+
+    @property
+    def alone(self) -> bool:
+        """Yes: there is no film."""
+        return True
+
+    @property
+    def viscous(self) -> Array:
+        """1: the shear of a stage is the stress."""
+        return np.ones_like(self.pressure)
+
+    @property
+    def free_height(self) -> Array:
+        """1 m: voids without water are never full."""
+        return np.ones_like(self.pressure)
+
+    def height(self, log_height: Array) -> Array:
+        """Height of a film that does not exist."""
+        return np.exp(log_height)
+
+    def wet(self, state: FilmHistory) -> Mask:
+        """Nowhere."""
+        return np.zeros(self.pressure.shape, dtype=bool)
+
+    def stress(self, stage: FilmStage) -> Array:
+        """tau (Pa) at the end of a `stage`."""
+        return stage.shearing
+
+    def bend(self, middle: UserLoads, end: UserLoads) -> Array:
+        """Relative distance of loads in the `middle` of a step from the line between its ends."""
+        line = self.at(end, 0.5)
+        gaps = (
+            np.abs(there - here) / np.maximum(np.maximum(np.abs(first), np.abs(last)), 1e-300)
+            for first, here, there, last in zip(
+                self[1:3], line[1:3], middle[1:3], end[1:3], strict=True
+            )
+        )
+        return np.maximum(*gaps)
 
     def begun(
         self, dt: Array | float, state: InterfaceState, ice: IceHeat, rubber: RubberHeat
@@ -123,7 +161,9 @@ class UserLoads(NamedTuple):
         size = np.abs(here)
         return np.divide(np.abs(there - here), size, out=np.zeros_like(size), where=size > 0.0)
 
-    def local_error(self, step: Step, ice: IceHeat, rubber: RubberHeat, scale: Array) -> Array:
+    def local_error(
+        self, step: Step, ice: IceHeat, rubber: RubberHeat, scale: Array, weights: Weights = EVEN
+    ) -> Array:
         """Largest relative local error (n,): of shear, and of surface temperatures. Collective.
 
         The error of the shear follows from errors of internal variables and ice. Temperatures are
@@ -185,6 +225,7 @@ class UserStage(NamedTuple):
             np.where(melting, 1.0, fall),
             np.zeros_like(q_ice),
             answer.internal,
+            answer.shear,
         )
 
     def _response(self, ice: Surface) -> Answer:

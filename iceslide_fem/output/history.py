@@ -123,7 +123,8 @@ def fields_on_nodes(sliding: Sliding) -> dict[str, Array]:
     k is excluded, because nodes have no pressure.
     """
     internal = sliding.current.interface.internal
-    found = sliding.block.law.reported(internal, np.zeros(internal.shape[1]))
+    law, n = sliding.block.law, internal.shape[1]
+    found = law.reported(internal, np.zeros(n), law.untouched(n))
     return _named({name: row for name, row in found.items() if name != AREA.column})
 
 
@@ -133,7 +134,8 @@ def _at_points(sliding: Sliding) -> Mapping[str, Array]:
     if not sliding.block.law.columns:
         return {}
     internal = sliding.frame.internal_at_points(current.interface, current.loads)
-    return sliding.block.law.reported(internal, current.loads.pressure)
+    law, age = sliding.block.law, current.interface.age
+    return law.reported(internal, current.loads.pressure, age)
 
 
 def _named(columns: Mapping[str, Array]) -> dict[str, Array]:

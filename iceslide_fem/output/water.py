@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from iceslide_fem.film.integrators import InterfaceState, Step
-from iceslide_fem.laws.carrying_film import CarryingFilm
 from iceslide_fem.laws.protocol import InterfaceLaw
 from iceslide_fem.runtime.arrays import Array
 
@@ -21,7 +20,7 @@ AMOUNTS = "water_brought_m3", "water_in_sipes_m3", "water_pushed_out_m3"
 
 def water_names(law: InterfaceLaw) -> tuple[str, ...]:
     """Names of the columns; empty if voids do not bear load."""
-    return (*MEANS, *AMOUNTS) if isinstance(law, CarryingFilm) else ()
+    return (*MEANS, *AMOUNTS) if law.wet is not None else ()
 
 
 def water_columns(sliding: Sliding, ledger: Ledger, water: Array) -> dict[str, float]:
@@ -32,10 +31,11 @@ def water_columns(sliding: Sliding, ledger: Ledger, water: Array) -> dict[str, f
     """
     block, loads = sliding.block, sliding.current.loads
     law = block.law
-    if not isinstance(law, CarryingFilm):
+    if law.wet is None:
         return {}
     touching = loads.touching
-    borne = loads.pressure - law.voids.contact_pressure(loads.pressure, water)
+    solid = law.contact_pressure(loads.pressure, water, sliding.current.interface.age)
+    borne = loads.pressure - solid
     area, force, height, carried = (
         block.total(values, touching)
         for values in (np.ones_like(water), loads.pressure, water, borne)
@@ -60,14 +60,14 @@ class PointWater:
     ) -> dict[str, float]:
         """The columns in a `state` under `pressure` (Pa); step: the last one, None at t = 0."""
         law = self._law
-        if not isinstance(law, CarryingFilm):
+        if law.wet is None:
             return {}
         water = float(state.squeezed_height[0])
         if step is None:
             self._brought = self._area * water
         else:
             self.pushed_out += self._area * float(step.flowed_out[0])
-        solid = law.voids.contact_pressure(np.array([pressure]), state.squeezed_height)
+        solid = law.contact_pressure(np.array([pressure]), state.squeezed_height, state.age)
         means = water, 1.0 - float(solid[0]) / pressure
         amounts = self._brought, 0.0, self.pushed_out
         return dict(zip(water_names(law), (*means, *amounts), strict=True))

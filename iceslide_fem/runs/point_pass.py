@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import reduce
-from math import nan
 from operator import sub
-from typing import Any, NamedTuple
 
 import numpy as np
 
-from iceslide_fem.film.conditions import FIXED_STEPS, exposure, rubber_columns
-from iceslide_fem.film.contact_age import CONTACT_AREA
-from iceslide_fem.film.ice_heat import Column, IceHeat
+from iceslide_fem.film.conditions import FIXED_STEPS, exposure, ice_model, rubber_columns
+from iceslide_fem.film.half_space import HalfSpace
+from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import InterfaceState, Step
-from iceslide_fem.film.point import Conditions, PointResult, Record, simulate
-from iceslide_fem.film.runge_kutta import INTEGRATORS
-from iceslide_fem.laws.points import moments
+from iceslide_fem.film.point import CONDENSED, Span, Steps, ice_below, integrate
+from iceslide_fem.film.point_result import PointResult, Record
+from iceslide_fem.film.runge_kutta import INTEGRATORS, Integrator
+from iceslide_fem.laws.points import LawDrive
 from iceslide_fem.laws.protocol import InterfaceLaw
 from iceslide_fem.output.table import HistoryRow, row_of
 from iceslide_fem.output.water import PointWater
@@ -27,22 +25,15 @@ from iceslide_fem.scene import Scene
 from iceslide_fem.scene.course import SAMPLED
 
 # Energies of a step, J/m2: friction work, then its sinks.
+LONGEST_STEP = 0.01  # of the duration, under a law without films: for smooth curves
 ENERGIES = ("friction_work", "ice_heat", "rubber_heat", "latent_heat")
 
 
 class PointRows:
-    """Rows of one point under `law`, one per accepted step from t = 0, with the block's forces.
+    """Rows of one point under `law`, one per accepted step from t = 0, with the block's forces."""
 
-    contact_area: k as a function of time (s), with contact age.
-    """
-
-    def __init__(
-        self,
-        scene: Scene,
-        law: InterfaceLaw,
-        contact_area: Callable[[float], float] | None = None,
-    ) -> None:
-        self._scene, self._law, self._contact_area = scene, law, contact_area
+    def __init__(self, scene: Scene, law: InterfaceLaw) -> None:
+        self._scene, self._law = scene, law
         self._area = scene.rubber.length * scene.rubber.width
         self._water = PointWater(law, self._area)
         self._energies = dict.fromkeys(ENERGIES, 0.0)  # J
@@ -89,70 +80,49 @@ class PointRows:
             "water_below_m3": squeezed * area,
         }
         energies = {f"{name}_J": energy for name, energy in self._energies.items()}
-        internal = self._law.reported(state.internal, np.array([pressure]))
+        internal = self._law.reported(state.internal, np.array([pressure]), state.age)
         of_law = {name: float(values[0]) for name, values in internal.items()}
-        if self._contact_area is not None:
-            of_law[CONTACT_AREA] = self._contact_area(time)
         of_law |= self._water.columns(state, pressure, step)
         self.rows.append(row_of(load, time, known | energies, of_law))
 
 
-class PassEnd(NamedTuple):
-    """End of a pass.
-
-    state: films and ice; melt onset: s from its start, NaN without melting; rejected: number of
-    rejected steps.
-    """
-
-    state: InterfaceState
-    melt_onset: float
-    rejected: int
-
-    @classmethod
-    def of(cls, result: PointResult) -> PassEnd:
-        """The end of the single condition of a `result`."""
-        return cls(result.state, float(result.melt_onset[0]), int(result.rejected[0]))
-
-
-def first_state(scene: Scene, law: InterfaceLaw, ice: Column | None = None) -> InterfaceState:
-    """Films on cold ice; without `ice` there is no heat state."""
+def first_state(scene: Scene, law: InterfaceLaw, ice: Column | HalfSpace) -> InterfaceState:
+    """Films on cold ice below cold rubber that has not touched."""
     log_height, squeezed, internal = law.initial(scene.initial_height, 1)
-    heat = np.zeros((0, 1)) if ice is None else ice.initial(1)
-    return InterfaceState(log_height, squeezed, heat, internal=internal)
+    heats = ice.initial(1), rubber_columns(scene).initial(1)
+    return InterfaceState(log_height, squeezed, *heats, internal, law.untouched(1))
+
+
+def ice_of(scene: Scene) -> Column | HalfSpace:
+    """The ice below a point of one pass."""
+    ice = ice_below(ice_model(scene), scene.ice.temperature, exposure(scene), scene.ice.solid)
+    return ice.condensed(CONDENSED * scene.numerics.tolerance)
 
 
 def one_pass(
     scene: Scene,
     law: InterfaceLaw,
-    conditions: Conditions,
-    settings: dict[str, Any],
+    ice: Column | HalfSpace,
     start: InterfaceState | None = None,
     shown: bool = True,
 ) -> tuple[list[HistoryRow], PointResult]:
-    """Rows and result of a pass, from films on cold ice or from the state `start`.
+    """Rows and result of a pass, from films on cold `ice` or from the state `start`.
 
-    settings: of `point.simulate`; shown: whether to show progress. Raises SimulationStopped.
+    shown: whether to show progress. Raises SimulationStopped.
     """
-    duration = float(conditions.duration[0])
-    aged = settings["loading"]
-
-    def contact_area(time: float) -> float:
-        """k at `time` (s)."""
-        return float(aged.at(conditions, np.array([time])).k[0])
-
-    history = PointRows(scene, law, contact_area if scene.film.contact_age else None)
-    if start is None:
-        shear, kelvin = float(conditions.first_shear[0]), scene.ice.temperature
-        history.add(0.0, first_state(scene, law), shear, kelvin)
-    else:
-        ice = settings["ice"]
-        shear = float(conditions.loads(settings["water"]).shear(start, ice)[0])
-        history.add(0.0, start, shear, float(ice.surface_temperature(start.ice)[0]))
+    numerics, load, duration = scene.numerics, scene.load, exposure(scene)
+    near = SAMPLED * numerics.tolerance
+    drive = LawDrive(law, load.pressures.sampled(near), load.speeds.sampled(near), np.ones(1))
+    begin = first_state(scene, law, ice) if start is None else start
+    history = PointRows(scene, law)
+    loads = drive.loads(np.zeros(1), begin.age)
+    warm = float(ice.surface_temperature(begin.ice)[0])
+    history.add(0.0, begin, float(loads.shear(begin, ice)[0]), warm)
 
     with LongTask(duration, shown=shown and rank() == 0) as task:
 
         def observe(record: Record) -> None:
-            state = record.step.state
+            state = record.state
             history.add(
                 float(record.time[0]) + float(record.dt[0]),
                 state,
@@ -168,42 +138,21 @@ def one_pass(
             where = f"t = {1e3 * row.time_s:.3f} of {1e3 * duration:g} ms"
             task.show(row.time_s, where, f"mu {row.mu:.3f}", f"step {1e3 * row.step_s:.3g} ms")
 
-        rubber = rubber_columns(scene)
-        result = simulate(conditions, observe=observe, rubber=rubber, start=start, **settings)
+        T_0, T_m = (
+            np.full(1, one) for one in (scene.ice.temperature, scene.ice.melting_temperature)
+        )
+        span = Span(np.full(1, duration), T_0, T_m, scene.ice.solid)
+        steps = Steps(numerics.tolerance, *step_lengths(scene, law))
+        table, rubber = scene.water.table, rubber_columns(scene)
+        result = integrate(drive, begin, span, ice, rubber, steps, (), observe, table)
     return history.rows, result
 
 
-def law_pass(
-    scene: Scene, law: InterfaceLaw, ice: IceHeat, start: InterfaceState | None = None
-) -> tuple[list[HistoryRow], PassEnd]:
-    """History rows of a pass under `law`, and its end state. Raises SimulationStopped.
-
-    The pass begins on cold `ice`, or from the state `start`.
-    """
-    numerics, load, duration = scene.numerics, scene.load, exposure(scene)
+def step_lengths(scene: Scene, law: InterfaceLaw) -> tuple[Integrator, float | None, float]:
+    """Integrator, length of fixed steps (s) or None, and longest step (s)."""
+    numerics, duration = scene.numerics, exposure(scene)
     integrator = INTEGRATORS[numerics.film_integrator]
-    steps = moments(
-        law,
-        load.pressures.sampled(SAMPLED * numerics.tolerance),
-        load.speeds.sampled(SAMPLED * numerics.tolerance),
-        duration,
-        ice,
-        integrator,
-        numerics.tolerance,
-        scene.ice.melting_temperature - scene.ice.temperature,
-        rubber_columns(scene),
-        numerics.max_step or (None if integrator.estimate else duration / FIXED_STEPS),
-        film_height=scene.initial_height,
-        start=start,
-    )
-    history, rejected = PointRows(scene, law), 0
-    for moment in steps:
-        rejected += moment.rejected
-        warm = float(ice.surface_temperature(moment.state.ice)[0])
-        step, shear = moment.step, float(moment.shear[0])
-        switches = (False, False)
-        if step is not None:
-            switches = bool(step.last.melting[0]), bool(step.last.saturated[0])
-        history.add(moment.time, moment.state, shear, warm, step, *switches)
-    melts = next((row.time_s for row in history.rows if row.melted_fraction), nan)
-    return history.rows, PassEnd(moment.state, melts, rejected)
+    if not integrator.estimate:
+        return integrator, numerics.max_step or duration / FIXED_STEPS, np.inf
+    longest = np.inf if law.has_film else LONGEST_STEP * duration
+    return integrator, None, numerics.max_step or longest

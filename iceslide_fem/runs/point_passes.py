@@ -9,18 +9,19 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
 from iceslide_fem.film.conditions import (
+    exposure,
+    ice_model,
     scene_conditions,
     scene_passes,
-    simulation_settings,
     transit_time,
 )
 from iceslide_fem.film.ice_heat import Column
-from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.film.passes import base_temperature, column_for, next_start
+from iceslide_fem.film.point_result import PointResult
 from iceslide_fem.laws.protocol import InterfaceLaw
 from iceslide_fem.output.table import HistoryRow, PassRow, of_pass
 from iceslide_fem.output.water import AMOUNTS as WATER_AMOUNTS
-from iceslide_fem.runs.point_pass import PassEnd, first_state, law_pass, one_pass
+from iceslide_fem.runs.point_pass import first_state, one_pass
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.launch import rank
 from iceslide_fem.runtime.terminal import LongTask
@@ -121,21 +122,14 @@ def passes_history(
     `observe` is called with the row of every pass. Raises SimulationStopped.
     """
     conditions, passes = scene_conditions(scene), scene_passes(scene)
-    settings = simulation_settings(scene)
-    ice = column_for(conditions, passes, scene.numerics.tolerance, settings.pop("ice"))
-    settings["ice"] = ice
-
-    def passed(start: InterfaceState | None) -> tuple[list[HistoryRow], PassEnd]:
-        if not law.has_film:
-            return law_pass(scene, law, ice, start)
-        history, result = one_pass(scene, law, conditions, settings, start, shown=False)
-        return history, PassEnd.of(result)
-
+    ice = column_for(conditions, passes, scene.numerics.tolerance, ice_model(scene))
+    first_height, duration = scene.initial_height, exposure(scene)
     state, rows, found = first_state(scene, law, ice), list[HistoryRow](), list[PassRow]()
     with LongTask(passes.number, shown=rank() == 0) as task:
         for number in range(1, passes.number + 1):
             began = float(ice.surface_temperature(state.ice)[0])
-            history, end = passed(None if number == 1 else state)
+            begin = None if number == 1 else state
+            history, end = one_pass(scene, law, ice, begin, shown=False)
             if scene.ice.motion == "sliding":
                 history = block_rows(history, scene)
             first = (number - 1) * passes.period
@@ -144,7 +138,7 @@ def passes_history(
             observe(row)
             found.append(row)
             task.show(number, f"pass {number} of {passes.number}", f"mean mu {row.mu_mean:.3f}")
-            state = next_start(end.state, conditions, ice, passes, scene.water.table)
+            state = next_start(end.state, law, first_height, duration, ice, passes)
     return rows, _results(found, rows)
 
 
@@ -162,7 +156,7 @@ def _pass_row(
     number: int,
     start: float,
     began: float,
-    end: PassEnd,
+    end: PointResult,
     ice: Column,
 ) -> PassRow:
     """Row of a pass from `start` (s), with the initial surface temperature `began` (K)."""
@@ -175,7 +169,7 @@ def _pass_row(
         last.friction_work_J / (last.normal_force_N * slip),
         max(mu),
         mu[-1],
-        end.melt_onset,
+        float(end.melt_onset[0]),
         began - ZERO_CELSIUS,
         ends - ZERO_CELSIUS,
         _base(scene, ice, end.state.ice),
@@ -183,7 +177,7 @@ def _pass_row(
         float(end.state.squeezed_height[0]),
         last.friction_work_J,
         len(history) - 1,
-        end.rejected,
+        int(end.rejected[0]),
     )
 
 

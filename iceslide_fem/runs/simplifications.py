@@ -14,15 +14,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem.film.aged_loads import AgedLoading
 from iceslide_fem.film.conditions import conditions_at
 from iceslide_fem.film.contact_age import contact_age
-from iceslide_fem.film.point import ice_below, simulate
-from iceslide_fem.film.point_conditions import RANGES
+from iceslide_fem.film.integrators import InterfaceState
+from iceslide_fem.film.point import Span, Steps, ice_below, integrate, simulate
+from iceslide_fem.film.point_conditions import RANGES, Loading
+from iceslide_fem.film.point_result import Record
+from iceslide_fem.film.rubber_heat import INSULATED
 from iceslide_fem.film.runge_kutta import INTEGRATORS
-from iceslide_fem.laws.points import moments
+from iceslide_fem.laws.points import LawDrive
 from iceslide_fem.laws.protocol import InterfaceLaw
 from iceslide_fem.laws.table import law_of
+from iceslide_fem.runs.point_pass import LONGEST_STEP
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.curve import Curve
 from iceslide_fem.runtime.errors import IceslideError
@@ -166,7 +169,8 @@ def _friction(
     ice = scene.ice.ground if ice is None else ice
     nominal = scene.load.pressures.mean
     pressure = fractions * nominal
-    if not (law := law_of(scene)).has_film:
+    law = law_of(scene)
+    if not law.has_film or law.wet is not None:
         return _friction_without_film(scene, law, pressure, duration, times, ice)
     acting = pressure if scene.film.pressure == "local" else np.full_like(fractions, nominal)
     acting = np.clip(acting, *RANGES["pressure"][:2])  # at a nearly lifted edge
@@ -177,7 +181,7 @@ def _friction(
         ice,
         min(ACCURACY, scene.numerics.tolerance),
         times=times,
-        loading=None if age is None else AgedLoading(age),
+        loading=None if age is None else Loading(None, None, scene.contact_parameters, age),
         water=scene.water.table,
     )
     return np.asarray(found.samples * acting)
@@ -192,20 +196,27 @@ def _friction_without_film(
     ice: str | Ground,
 ) -> Array:
     """The same under a law without a film, at least with the coefficient `NO_FRICTION`."""
-    cold = scene.ice.temperature
-    walk = moments(
-        law,
-        pressure=Course(Curve.of(1.0), duration),
-        fractions=pressure,
-        speed=Course(Curve.of(scene.load.speeds.mean), duration),
-        duration=duration,
-        ice=ice_below(ice, cold, duration, scene.ice.solid),
-        integrator=INTEGRATORS["sdirk2"],
-        tolerance=OWN_ACCURACY,
-        temperature_scale=scene.ice.melting_temperature - cold,
-        film_height=scene.initial_height,
+    n, cold = pressure.size, np.full(pressure.size, scene.ice.temperature)
+    courses = Curve.of(1.0), Curve.of(scene.load.speeds.mean)
+    drive = LawDrive(law, *(Course(curve, duration) for curve in courses), pressure)
+    below = ice_below(ice, scene.ice.temperature, duration, scene.ice.solid)
+    start = InterfaceState(*law.initial(scene.initial_height, n)[:2], below.initial(n))
+    start = start._replace(
+        internal=law.initial(scene.initial_height, n)[2],
+        rubber=INSULATED.initial(n),
+        age=law.untouched(n),
     )
-    time, shear = zip(*((one.time, one.shear) for one in walk), strict=True)
+    walk = [(0.0, drive.loads(np.zeros(n), start.age).shear(start, below))]
+
+    def observe(record: Record) -> None:
+        time = float(record.time[0] + record.dt[0])
+        walk.append((time, record.loads.shear(record.state, record.ice)))
+
+    T_m = np.full(n, scene.ice.melting_temperature)
+    span = Span(np.full(n, duration), cold, T_m, scene.ice.solid)
+    steps = Steps(OWN_ACCURACY, INTEGRATORS["sdirk2"], longest=LONGEST_STEP * duration)
+    integrate(drive, start, span, below, INSULATED, steps, (), observe)
+    time, shear = zip(*walk, strict=True)
     curves = np.stack([np.interp(times, time, curve) for curve in np.transpose(shear)], axis=1)
     return np.asarray(np.maximum(curves, NO_FRICTION * pressure))
 

@@ -190,11 +190,12 @@ class Film(Table):
         "If `film.dry_stress` is a number: how far above the melting point it would reach 0. "
         "With 0 the ice never melts.",
     )
-    refreeze: Literal["nothing", "film", "all"] = key(
-        "nothing",
-        "Whether water freezes where friction does not hold the surface at the melting point: "
-        "`nothing`, the `film`, or `all` water, also that which has been squeezed out. With "
-        "`film.dry_stress`.",
+    refreeze: Literal["nothing", "film", "all", "area"] | None = key(
+        None,
+        "Which water freezes where friction does not hold the surface at the melting point: "
+        "`nothing`, the `film`, or `all` water, also that which has been squeezed out, with "
+        "`film.dry_stress`; by `area` films and the water of voids that carry, each by its part of "
+        "the area. Without it `area` with `ice.water`, else `nothing`.",
     )
     between: Literal["freeze", "drain", "keep"] = key(
         "freeze",
@@ -251,13 +252,14 @@ class Film(Table):
 
     @model_validator(mode="after")
     def _dry_shear_is_whole(self) -> Self:
-        if self.refreeze != "nothing" and self.dry_stress is None:
+        stops = self.refreeze in ("film", "all")
+        if stops and self.dry_stress is None:
             raise ValueError(
                 f'film.refreeze = "{self.refreeze}" and no film.dry_stress contradict each other: '
                 'frozen contact has dry friction; allowed: refreeze = "nothing", or film.dry_stress'
             )
         heights = self.initial_height
-        if self.refreeze != "nothing" and (isinstance(heights, tuple) or heights > 0.0):
+        if stops and (isinstance(heights, tuple) or heights > 0.0):
             raise ValueError(
                 f'film.refreeze = "{self.refreeze}" and film.initial_height contradict each other: '
                 "water on ice below its melting point freezes before anything slides; allowed: "

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import astuple, replace
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Literal, Self
 
 from numpy.typing import ArrayLike
 from pydantic import model_validator
@@ -64,6 +64,11 @@ class Scene(Tables):
         """Initial viscosity of the film's water, at the ice's initial temperature, Pa s."""
         table = self.water.table
         return self.water.viscosity if table is None else float(table(self.ice.temperature))
+
+    @property
+    def refreeze(self) -> Literal["nothing", "film", "all", "area"]:
+        """Which water freezes: `film.refreeze`, or its default."""
+        return self.film.refreeze or ("area" if self.ice.is_wet else "nothing")
 
     @property
     def mooney_rivlin(self) -> MooneyRivlin:

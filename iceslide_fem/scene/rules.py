@@ -86,6 +86,7 @@ WARM_RUBBER = Is("rubber.heat")
 CHANGES = Is("load.changes", shown="rows of load.pressure or load.speed")
 CARRY = Is("film.voids", ("carry",))
 DRY, AGES = Is("film.dry_stress"), Is("film.contact_age")
+REFREEZES = Is("film.refreeze", ("film", "all"))
 SOFTENS = Is("film.dry_softens", shown="film.dry_stress that falls as the ice gets warmer")
 ROWS_OF_VISCOSITY = Is("water.table", shown="rows of water.viscosity")
 ROWS_OF_ICE = Is("ice.has_rows", shown="rows of ice.conductivity or ice.heat_capacity")
@@ -183,9 +184,9 @@ RULES = (
     Rule((PASSES, BLOCKS, Is("rubber.wall_friction")), "", '0, or model = "point"'),
     *_passing(PASSES),
     *_passing(ROWS),
-    Rule((PASSES, Is("film.between", ("keep",)), Is("film.refreeze", besides=("nothing",))), "",
+    Rule((PASSES, Is("film.between", ("keep",)), REFREEZES), "",
          'film.between = "freeze" or "drain"'),
-    Rule((ROWS, Is("film.refreeze", besides=("nothing",))), "between rows water is kept",
+    Rule((ROWS, REFREEZES), "between rows water is kept",
          'film.refreeze = "nothing", or load.passes'),
     Rule((ROWS, Is("ice.motion", ("attached",))), "rows need ice that passes below them at one "
          "speed", 'ice.motion = "sliding"'),
@@ -204,10 +205,13 @@ RULES = (
             (Is("rubber.mesh"), "rubber.length and rubber.sipes"),
             (WARM_RUBBER, "rubber.heat = false"),
             (Is("film.pressure", ("nominal",)), "'local'"),
+            (REFREEZES, 'film.refreeze = "area" or "nothing"'),
             (OTHER_LAW, OF_FILMS),
             (EXPLICIT, IMPLICIT),
         )
     ),
+    Rule((Is("film.refreeze", ("area",)), Is("film.voids", besides=("carry",))),
+         "by area is a balance of water that carries", 'film.voids = "carry"'),
     Rule((AGES, OTHER_LAW), "k, D and H_V are of films", OF_FILMS),
     Rule((AGES, WARM_RUBBER, POINT),
          "at a point k follows the age at one temperature of the rubber",

@@ -17,11 +17,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem.film.carrying import CarryingLoads
 from iceslide_fem.film.height import CLOSE
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import InterfaceState
-from iceslide_fem.film.loads import FilmLoads, film_loads
+from iceslide_fem.film.loads import film_loads, films_of
 from iceslide_fem.film.point import taken
 from iceslide_fem.film.rubber_heat import INSULATED
 from iceslide_fem.film.runge_kutta import INTEGRATORS
@@ -133,28 +132,33 @@ def films_along(
     sliding = speeds[path.line]
     limit, eta = ride.limit, viscosity[path.line]
     of_pixels = variable_viscosity and variable_viscosity.take(path.line)
-    touching = film_loads(path.pressure, sliding, k, D, voids, eta, of_pixels, limit)
-    loads: FilmLoads | CarryingLoads = touching
-    if ride.wet is not None:
-        loads = ride.wet.loads(touching, path.pressure, contact_of, float(viscosity[0]))
+    carried = ride.wet and ride.wet.carried(path.pressure, contact_of, eta)
+    limit = limit and limit._replace(viscosity=eta)
+    components = of_pixels, limit, carried, ride.refreeze
+    loads = film_loads(path.pressure, sliding, k, D, voids, eta, *components)
     gaps = path.behind > 0
     gap, content = np.cumsum(gaps) - 1, ice.initial(int(np.count_nonzero(gaps)))
     films = FilmMap(*np.empty((6, k.size)), *np.empty((2, k.size), dtype=bool))
     first = np.full(lines, ride.initial_height)
-    # Dry shear has no history: it follows from height and temperature.
+    kelvin = np.broadcast_to(np.asarray(ride.temperature, dtype=float), (lines,))
+    below, lug = ride.solid.melting_temperature - kelvin, ride.wet and ride.wet.lug
+    log_height, internal = films_of(
+        first, kelvin, below, speeds, variable_viscosity, loads.take(at).limit, lug
+    )
     state = InterfaceState(
-        np.log(first) if limit is None else limit.log_height(first),
+        log_height,
         np.broadcast_to(ride.first_layer, (lines,)).astype(float),
         ice.initial(lines),
         INSULATED.initial(lines),
-        np.zeros((0 if variable_viscosity is None else 1, lines)),
+        internal,
+        np.zeros((0, lines)),
     )
     # Iterations of height with viscosity or voids need an exact height.
     close = CLOSE if variable_viscosity or ride.wet else close_enough(tolerance)
     aged = None
     if ride.age is not None:
-        pixels, kelvin = (path.line, path.pressure, path.behind), np.full(lines, ride.temperature)
-        aged = AgedPath.along(ride.age, touching, *pixels, passing, kelvin)
+        pixels, slower = (path.line, path.pressure, path.behind), np.full(lines, ride.slower)
+        aged = AgedPath.along(ride.age, loads, *pixels, passing, kelvin, slower)
     control, table = (
         StepControl(METHOD, tolerance, close),
         variable_viscosity and variable_viscosity.table,
@@ -218,7 +222,7 @@ def films_along(
     T_m = ride.solid.melting_temperature
     surface = np.where(films.melting, T_m, films.temperature)
     shear = films.shear / (sliding * passing)
-    height = touching.height(films.height)
+    height = loads.height(films.height)
     return films._replace(shear=shear, height=height, temperature=surface), content
 
 

@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem.film.carrying import CarryingLoads
+from iceslide_fem.film.carrying import Carried
 from iceslide_fem.film.contact_age import ContactAge, contact_age
 from iceslide_fem.film.limiting_shear import LimitingShear
-from iceslide_fem.film.loads import FilmLoads
+from iceslide_fem.film.phase import Refreeze
 from iceslide_fem.film.shear_strength import ShearStrength, shear_strength
 from iceslide_fem.film.viscosity import VariableViscosity
 from iceslide_fem.film.voids import Voids
@@ -32,19 +32,11 @@ class WetIce(NamedTuple):
         assert isinstance(contact_of, ContactTable)  # wet ice allows tables only
         return Voids(contact_of, self.lug)
 
-    def loads(
-        self,
-        touching: FilmLoads,
-        pressure: Array,
-        contact_of: ContactTable | ConstantContact,
-        viscosity: float,
-    ) -> CarryingLoads:
-        """Loads of films under `pressure` (Pa), (n,), in full contact, with `viscosity` (Pa s).
-
-        touching: loads if the asperities bear all of the pressure.
-        """
-        cover = np.ones_like(pressure)
-        return CarryingLoads(self.voids(contact_of), touching, pressure, cover, viscosity)
+    def carried(
+        self, pressure: Array, contact_of: ContactTable | ConstantContact, viscosity: Array
+    ) -> Carried:
+        """The voids under `pressure` (Pa), (n,), in full contact, with `viscosity` (Pa s)."""
+        return Carried(self.voids(contact_of), pressure, np.ones_like(pressure), viscosity)
 
     def borne(
         self, pressure: Array, water: Array, contact_of: ContactTable | ConstantContact
@@ -62,9 +54,9 @@ class Ride(NamedTuple):
 
     T_0, V S and h0 may be arrays (ny,), one value for each line. water_speed: speed of squeezed-out
     water relative to the rubber, over the sliding speed. A viscosity table is read at the film's
-    temperature. strength: tau_b of dry rubber on ice if it limits the shear; h0 may then be 0, and
-    the viscosity is a number. age: ageing contact, or None. wet: water on the ice with load-bearing
-    voids, or None; the viscosity is then a number, and water_speed 1.
+    temperature. strength: tau_b of dry rubber on ice if it limits the shear; h0 may then be 0. age:
+    ageing contact, or None. wet: water on the ice with load-bearing voids, or None. refreeze: which
+    water freezes.
     """
 
     speed: float
@@ -77,6 +69,7 @@ class Ride(NamedTuple):
     strength: ShearStrength | None = None
     age: ContactAge | None = None
     wet: WetIce | None = None
+    refreeze: Refreeze = "nothing"
 
     @classmethod
     def of(
@@ -103,6 +96,7 @@ class Ride(NamedTuple):
             shear_strength(law),
             age and replace(age, holds=False),
             WetIce(law.ice.water, lug) if film.voids == "carry" else None,
+            law.refreeze,
         )
 
     @property
@@ -110,9 +104,15 @@ class Ride(NamedTuple):
         """Limit of the shear of the films, or None."""
         if self.strength is None:
             return None
-        assert not isinstance(self.viscosity, Curve)
-        fastest = float(np.max(self.sliding_speed))
-        return LimitingShear.of(self.strength, self.viscosity, fastest)
+        fastest, freezes = float(np.max(self.sliding_speed)), self.refreeze != "nothing"
+        eta = float(np.max(self.viscosity_at(self.temperature)))
+        return LimitingShear.of(self.strength, eta, fastest, freezes)
+
+    @property
+    def slower(self) -> float | Array:
+        """1 / (1 - S): time of the rubber in the patch over that of the ice; infinite if locked."""
+        with np.errstate(divide="ignore"):
+            return np.divide(1.0, np.maximum(1.0 - self.sliding_speed / self.speed, 0.0))
 
     def lines(self, some: Index) -> Ride:
         """The ride of `some` of the lines."""

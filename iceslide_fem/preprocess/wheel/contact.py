@@ -9,8 +9,7 @@ import numpy as np
 
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import InterfaceState, Step, advance
-from iceslide_fem.film.limiting_shear import shearing
-from iceslide_fem.film.loads import film_loads
+from iceslide_fem.film.loads import film_loads, films_of
 from iceslide_fem.film.rubber_heat import INSULATED
 from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.film.step_control import step_factor
@@ -85,17 +84,15 @@ class FilmContact:
         ride = self.ride._replace(sliding_speed=speed)
         limit, T_0 = ride.limit, np.full_like(flat, ride.temperature)
         contact, viscosity = self.contact_of(flat)[:3], ride.viscosity_at(T_0)
-        loads = film_loads(flat, speeds, *contact, viscosity, limit=limit)
+        carried = ride.wet and ride.wet.carried(flat, self.contact_of, viscosity)
+        limit = limit and limit._replace(viscosity=viscosity)
+        loads = film_loads(flat, speeds, *contact, viscosity, None, limit, carried)
+        below = np.maximum(ride.solid.melting_temperature - T_0, 0.0)
         height = np.full_like(flat, ride.initial_height)
-        if ride.wet is not None:
-            water = np.full_like(flat, ride.wet.height)
-            carrying = ride.wet.loads(loads, flat, self.contact_of, float(viscosity[0]))
-            shear = carrying.tau(height, water)
-        elif limit is None:
-            shear = loads.viscous / height
-        else:
-            strength = limit.strength(np.maximum(ride.solid.melting_temperature - T_0, 0.0))
-            shear = loads.viscous * shearing(height, strength, limit.drag(speeds))
+        log_height, internal = films_of(height, T_0, below, speeds, None, limit)
+        water = np.full_like(flat, 0.0 if ride.wet is None else ride.wet.height)
+        state = InterfaceState(log_height, water, np.zeros((0, flat.size)), internal=internal)
+        shear = loads.shear(state, Column(T_0, 1.0))
         return np.where(pressure > 0.0, shear.reshape(pressure.shape), 0.0)
 
     def slid(self, pressure: Array, dx: float, passing: float, speed: Array) -> Slid:
@@ -151,7 +148,7 @@ class LawContact:
         ice = Column(temperature, columns * dt, solid=self.solid)
         log_height, squeezed, internal = self.law.initial(self.film_height, lines)
         heat = ice.initial(lines), INSULATED.initial(lines)
-        state = InterfaceState(log_height, squeezed, *heat, internal)
+        state = InterfaceState(log_height, squeezed, *heat, internal, self.law.untouched(lines))
         at_ends = ends_of(pressure, touching)
         stress, found = np.zeros((2, lines, columns)), np.zeros((4, lines, columns))
         for i in range(columns):
@@ -169,7 +166,7 @@ class LawContact:
 
     def _stress(self, state: InterfaceState, pixel: Passing, fraction: float, ice: Column) -> Array:
         """Friction stress (Pa) at a fraction of a pixel. Raises SimulationStopped."""
-        shear = self.law.loads(pixel.at(fraction), pixel.speed).shear(state, ice)
+        shear = self.law.loads(pixel.at(fraction), pixel.speed, state.age).shear(state, ice)
         if self.law.fault:
             raise SimulationStopped(self.law.fault)
         return np.asarray(shear)
@@ -185,7 +182,8 @@ class LawContact:
         while True:
             trial = min(trial, 1.0 - done)
             ends = (
-                self.law.loads(pixel.at(fraction), pixel.speed) for fraction in (done, done + trial)
+                self.law.loads(pixel.at(fraction), pixel.speed, state.age)
+                for fraction in (done, done + trial)
             )
             first, last = ends
             try:

@@ -100,7 +100,7 @@ def _shared(scene: Scene) -> tuple[Any, ...]:
         heat = ice.temperature, ice.melting_temperature, *rubber.solid, *film
     below = None if ice.ground == BOTTOMLESS else ice.solid  # one solid for all on it
     rows = 0 if strength is None else len(strength.depth)
-    limit = rows, scene.film.refreeze
+    limit = rows, scene.refreeze
     return scene.load.duration, heat, below, *limit, *simulation_settings(scene).values()
 
 
@@ -164,13 +164,12 @@ def _together(scenes: list[Scene]) -> list[CaseResult]:
         height = heights.values
         height[:, -1] = result.film_height
     wall = (monotonic() - started) / len(scenes)
-    at_peak = conditions if loading is None else loading.at(conditions, result.mu_peak_time)
     outcomes = []
     for i in range(len(scenes)):
         entries = point_summary(result, i) | {
             "energy_imbalance": float(missing[i] / work[i]),
             "wall_s": wall,
-            "warnings": point_doubts(at_peak, result, i),
+            "warnings": point_doubts(result, i, conditions.limit is not None),
             "versions": versions(),
         }
         outcomes.append(CaseResult(DONE, "", entries, {"mu": mu[i], "film_height_m": height[i]}))
