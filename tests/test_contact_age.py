@@ -16,6 +16,7 @@ from iceslide_fem.film.conditions import (
 )
 from iceslide_fem.film.contact_age import ContactAge, contact_age
 from iceslide_fem.film.point import simulate
+from iceslide_fem.film.point_conditions import Loading
 from iceslide_fem.preprocess.footprint.case import FootprintCase
 from iceslide_fem.preprocess.footprint.passing import film_map
 from iceslide_fem.preprocess.footprint.pressure_map import as_map
@@ -66,11 +67,11 @@ def creep(time):
 
 def aged(times, pressures, age=STANDARD, temperature=273.15):
     """The contact's history at the end of lines between pressures (Pa) at times (s)."""
-    history = age.after(age.fresh(1), *np.full((3, 1), pressures[0]), np.zeros(1))
+    history = age.after(age.fresh(1), *np.full((2, 1), pressures[0]), np.zeros(1))
     for i in range(1, len(times)):
         start, end = np.array([pressures[i - 1]]), np.array([pressures[i]])
         reduced = age.relaxation.reduced(np.array([times[i] - times[i - 1]]), temperature)
-        history = age.after(history, start, end, end, reduced)
+        history = age.after(history, start, end, reduced)
     return history
 
 
@@ -134,23 +135,20 @@ def test_cold_rubber_is_younger():
     assert TABLE(2e5).k < k[0] < k[1]
 
 
-class Reference:
+class Reference(Loading):
     """k, D and H_V at p_e(t), from nothing but the closed form of the compliance."""
 
-    def at(self, here, time):
+    def at(self, here, time, age):
         modulus = CONTACT_TABLES["B"].youngs_modulus
         k, D, H_V, _ = TABLE(modulus / (3.0 * 546e3) * here.pressure * creep(time))
         return here._replace(k=k, D=D, H_V=H_V)
-
-    def next_corner(self, time):
-        return np.full_like(time, np.inf)
 
 
 def test_a_point_is_that_with_k_over_time():
     here = scene(numerics={"tolerance": 1e-4})
     settings = simulation_settings(here) | {"times": np.linspace(0.0, 5e-3, 11)}
     found = simulate(scene_conditions(here), **settings)
-    fine = settings | {"loading": Reference(), "fixed_step": 5e-6}
+    fine = settings | {"loading": Reference(None, None, TABLE), "fixed_step": 5e-6}
     expected = simulate(scene_conditions(here), **fine)
     np.testing.assert_allclose(found.samples, expected.samples, rtol=1e-3)
     assert found.mu_mean == pytest.approx(expected.mu_mean, rel=1e-4)
@@ -198,10 +196,8 @@ def test_a_course_of_pressure_is_its_hereditary_integral():
     """Rising by lines, with a hold; and held where it falls."""
     rows = [[0.0, 1e5], [2e-3, 3e5], [4e-3, 3e5], [5e-3, 1.5e5]]
     here = scene(load={"pressure": rows})
-    loading = scene_loading(here)
-    time = np.linspace(0.0, 5e-3, 26)
-    many = varied_conditions(scene(), pressure=np.full(26, 1e5))
-    found = loading.at(many, time)
+    found, _ = point_history(here)
+    time, k = np.array([(row.time_s, row.contact_area_fraction) for row in found]).T
 
     def felt(t):
         rate = 1e5 / 1e-3
@@ -209,11 +205,10 @@ def test_a_course_of_pressure_is_its_hereditary_integral():
 
     expected = here.contact_parameters(np.array([felt(min(t, 4e-3)) for t in time]))
     rising = time <= 4e-3
-    np.testing.assert_allclose(found.k[rising], expected.k[rising], rtol=1e-8)
-    np.testing.assert_allclose(found.k[~rising], expected.k[~rising], rtol=1e-3)
-    assert (np.diff(found.k) >= 0.0).all()
-    rows, _ = point_history(here)
-    assert rows[-1].contact_area_fraction == pytest.approx(found.k[-1])
+    assert np.count_nonzero(rising) > 20
+    np.testing.assert_allclose(k[rising], expected.k[rising], rtol=1e-6)
+    np.testing.assert_allclose(k[~rising], expected.k[~rising], rtol=1e-3)
+    assert (np.diff(k) >= 0.0).all()
 
 
 def test_a_viscosity_over_temperature_and_the_age_go_together():
@@ -313,9 +308,9 @@ ARMS = [[0.2, 1e-5], [0.2, 1e-3]]
 RIDE = Ride(4.0, 4.0, 269.15)
 
 
-def passed(line, here, tolerance=1e-4, dx=1e-4):
+def passed(line, here, tolerance=1e-4, dx=1e-4, ride=RIDE):
     """mu of every pixel of a line (Pa) that ice meets from the right, as it meets them."""
-    ride = RIDE._replace(age=replace(contact_age(here), holds=False))
+    ride = ride._replace(age=replace(contact_age(here), holds=False))
     footprint = as_map(line, dx)
     found = film_map(footprint, ride, here.contact_parameters, tolerance)
     return found.friction(footprint)[0, ::-1]
@@ -323,9 +318,12 @@ def passed(line, here, tolerance=1e-4, dx=1e-4):
 
 @pytest.mark.parametrize("arms", [ARMS, [[0.4, 1e-14]]])
 def test_a_footprint_of_one_pressure_is_a_point(arms):
+    """The rubber passes through it with nine tenths of the speed of the ice."""
+    slower = [[g, tau / 0.9] for g, tau in arms]
     here = scene(arms, numerics={"tolerance": 1e-4})
     times = (np.arange(2000.0) + 0.5) * 2.5e-6
-    mu = passed(np.full(200, 2e5), here)
+    ride, young = RIDE._replace(speed=10.0 * RIDE.sliding_speed), scene(slower)
+    mu = passed(np.full(200, 2e5), young, dx=1e-3, ride=ride)
     settings = simulation_settings(here) | {"times": times}
     exact = simulate(scene_conditions(here), **settings).samples[:, 0]
     np.testing.assert_allclose(mu, exact.reshape(200, 10).mean(axis=1), rtol=1e-3)

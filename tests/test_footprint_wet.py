@@ -81,7 +81,7 @@ def test_a_uniform_line_is_a_point_that_passes(water, bar, sipes):
     )
     rows, entries = point_history(scene)
     footprint = strip(bar * 1e5)
-    here = ride(water, lugs_of(scene.rubber, wide=True).longest)
+    here = ride(water, lugs_of(scene.rubber, wide=True).longest, refreeze=scene.refreeze)
     found = film_map(footprint, here, SURFACE, tolerance=1e-3)
     leaves = passes * np.arange(1, PIXELS + 1) / PIXELS
     times, heights, waters, mu = np.array(

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from iceslide_fem.film.carrying import CarryingLoads
+from iceslide_fem.film.carrying import Carried
 from iceslide_fem.film.conditions import varied_conditions
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import InterfaceState, advance
@@ -44,8 +44,8 @@ def scene(water="0 um", **changes):
 def carrying(lug, pressure, speed):
     """Loads of contact over voids below a lug."""
     k, D, H_V, _ = TABLE(pressure)
-    touching = film_loads(pressure, speed, k, D, H_V)
-    return CarryingLoads(Voids(TABLE, lug), touching, pressure, np.ones_like(pressure), 1.8e-3)
+    voids = Carried(Voids(TABLE, lug), pressure, np.ones_like(pressure), 1.8e-3)
+    return film_loads(pressure, speed, k, D, H_V, carried=voids)
 
 
 @pytest.mark.parametrize(
@@ -72,10 +72,12 @@ def test_more_pressure_never_rubs_less():
     p = np.geomspace(1e3, 1e6, 200)
     for table in (TABLE, CONTACT_TABLES["B"]):
         k, D, H_V, _ = table(p)
-        touching = film_loads(p, np.ones_like(p), k, D, H_V)
-        loads = CarryingLoads(Voids(table), touching, p, np.ones_like(p), 1.8e-3)
+        voids = Carried(Voids(table), p, np.ones_like(p), 1.8e-3)
+        loads = film_loads(p, np.ones_like(p), k, D, H_V, carried=voids)
+        nothing = np.zeros((0, p.size))
         for water in (0.0, 1e-6, 3e-6, 2e-5):
-            tau = loads.tau(np.full_like(p, 5e-8), np.full_like(p, water))
+            films = np.full_like(p, np.log(5e-8)), np.full_like(p, water)
+            tau = loads.shear(InterfaceState(*films, nothing), Column(270.0, 1.0))
             assert (np.diff(tau) >= -1e-12 * tau[1:]).all(), water
 
 
@@ -94,8 +96,9 @@ def test_a_lug_squeezes_thick_water_as_reynolds_has_it(lug, left):
     stiff = voids.table(np.array([2e5]))  # so deep water that its own roughness does not tell
     assert stiff.H_V[0] < 2e-6
     p, k, speed = np.full(n, 2e5), stiff.k, np.full(n, 1e-3)
-    touching = film_loads(p, speed, k, stiff.D, stiff.H_V)
-    loads = CarryingLoads(voids, touching, p, np.ones(n), 1.8e-3)
+    loads = film_loads(
+        p, speed, k, stiff.D, stiff.H_V, carried=Carried(voids, p, np.ones(n), 1.8e-3)
+    )
     ice = Column(np.full(n, 270.0), 5e-3)
     state = InterfaceState(np.full(n, np.log(70e-9)), np.full(n, 100e-6), ice.initial(n))
     times = np.concatenate([[0.0], np.geomspace(1e-8, 5e-3, 1500)])

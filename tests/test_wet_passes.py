@@ -9,7 +9,7 @@ from iceslide_fem.film.conditions import scene_conditions, scene_passes
 from iceslide_fem.film.passes import column_for, next_start
 from iceslide_fem.laws.table import law_of
 from iceslide_fem.runs.point import point_history
-from iceslide_fem.runs.point_pass import first_state, law_pass
+from iceslide_fem.runs.point_pass import first_state, one_pass
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.scene.materials import BOTTOMLESS, MELTING_ENTHALPY
@@ -91,7 +91,7 @@ def test_water_that_freezes_gives_its_heat_to_the_ice(period):
     given = scene("freeze", load={"period": period})
     conditions, passes, law = scene_conditions(given), scene_passes(given), law_of(given)
     ice = column_for(conditions, passes, 1e-3, BOTTOMLESS)
-    _, end = law_pass(given, law, ice, first_state(given, law, ice))
+    _, end = one_pass(given, law, ice, first_state(given, law, ice), shown=False)
     after = next_start(end.state, conditions, ice, passes)
     before, left = (
         float(law.film_height(state)[0] + state.squeezed_height[0]) for state in (end.state, after)

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,25 +23,29 @@ from iceslide_fem.film.phase import Phase
 from iceslide_fem.film.voids import Voids
 from iceslide_fem.runtime.arrays import Array, Index, Mask
 
-if TYPE_CHECKING:  # loads have voids
-    from iceslide_fem.film.loads import FilmLoads
-
 SETTLED, MOST_PASSES = 1e-11, 80  # tolerance of ln W; iterations
 LEAST_SLOPE = 0.2  # least slope of the residual of ln W for a secant step
 DRIEST = 1e-30  # m, lower bound of water that does not freeze completely
 GONE = 1e-12  # of H_V: less water counts as none
-# Film loads, water in the voids (m), surface -> stage.
-FilmOf = Callable[["FilmLoads", Array, Surface], FilmStage]
 
 
 class Sharing(NamedTuple):
-    """Load sharing: film loads at p_c, the water pressure p_f (Pa), its shear (Pa), and k, (n,)."""
+    """Load sharing; arrays (n,).
 
-    film: FilmLoads
+    viscous, squeeze: factors on the film's loads at p_c instead of p; borne: p_f, Pa; thick: shear
+    of the water that bears it, Pa; k: at p_c; filled: min(1, W / H_V(p_c)).
+    """
+
+    viscous: Array
+    squeeze: Array
     borne: Array
     thick: Array
     k: Array
     filled: Array
+
+
+# Sharing, water in the voids (m), surface, what freezes -> the film's stage.
+FilmOf = Callable[[Sharing, Array, Surface, Phase | None], FilmStage]
 
 
 class Carried(NamedTuple):
@@ -102,33 +106,30 @@ class Carried(NamedTuple):
         p = np.maximum(self.pressure, 0.0)
         return np.minimum(p, self.voids.carried(water) / self.softness)
 
-    def sharing(self, touching: FilmLoads, water: Array) -> Sharing:
-        """Load sharing with `water` (m) in the voids; touching: loads without any."""
+    def sharing(self, water: Array, speed: Array) -> Sharing:
+        """Load sharing with `water` (m) in the voids, at a slip `speed` (m/s)."""
         p, solid = np.maximum(self.pressure, 0.0), self.contact_pressure(water)
         k, D = self.voids.contact(solid * self.softness)
         whole_k, whole_D, _, _ = self.voids.table(p * self.softness)
         share = np.divide(solid, p, out=np.ones_like(p), where=p > 0.0)
-        film = touching._replace(
-            viscous=touching.viscous * (k / whole_k),
-            squeeze_rate=touching.squeeze_rate * share * (whole_D / D) ** 2,
-            free_height=np.full_like(p, np.inf),
-            carried=None,
-        )
-        shear = self.viscosity * touching.speed * (1.0 - share) * self.cover
+        shear = self.viscosity * speed * (1.0 - share) * self.cover
         thick = np.divide(shear, water, out=np.zeros_like(p), where=share < 1.0)
         held = self.voids.held(np.maximum(solid * self.softness, np.finfo(float).tiny))
         filled = np.minimum(np.maximum(water, 0.0) / held, 1.0)
-        return Sharing(film, p - solid, thick, k, filled)
+        squeeze = share * (whole_D / D) ** 2
+        return Sharing(k / whole_k, squeeze, p - solid, thick, k, filled)
 
 
 class Beside(NamedTuple):
     """Film and voids in a stage of `dt` (s), from `water` (m) in the voids.
 
-    touching: film loads without voids; film_of: the film's stage under given loads.
+    speed: of slip, m/s; by_area: whether water freezes by area (`phase`); film_of: the film's stage
+    under a load sharing.
     """
 
     carried: Carried
-    touching: FilmLoads
+    speed: Array
+    by_area: bool
     water: Array
     dt: Array | float
     film_of: FilmOf
@@ -143,8 +144,7 @@ class Beside(NamedTuple):
         carried = self.carried
         pressure = np.maximum(carried.pressure, 0.0)
         held = carried.voids.held(np.maximum(pressure * carried.softness, np.finfo(float).tiny))
-        by_area = self.touching.refreeze == "area"
-        if by_area:
+        if self.by_area:
             _, left = self._with(np.zeros_like(held), ice)
             moves, low = left > GONE * held, np.full_like(held, DRIEST)
         else:
@@ -153,7 +153,7 @@ class Beside(NamedTuple):
             if not moves.any():
                 return found._replace(squeezed_height=left)  # not full: it bears nothing
         high = np.full_like(held, np.inf)
-        start = np.maximum(self.water, DRIEST if by_area else held)
+        start = np.maximum(self.water, DRIEST if self.by_area else held)
         water = np.where(moves, np.where(self.water > 0.0, start, left), left)
         before, residual_before = np.full_like(water, np.nan), np.full_like(water, np.nan)
         for _ in range(MOST_PASSES):
@@ -178,16 +178,16 @@ class Beside(NamedTuple):
 
     def _with(self, water: Array, ice: Surface) -> tuple[FilmStage, Array]:
         """The stage with the load sharing of `water` (m), and the water left in the voids (m)."""
-        shared = self.carried.sharing(self.touching, water)
-        warms = shared.thick * self.touching.speed
+        shared = self.carried.sharing(water, self.speed)
+        warms = shared.thick * self.speed
         out = self.carried.voids.outflow(shared.borne, water, self.carried.viscosity)
-        if self.touching.refreeze == "area":
+        if self.by_area:
             found = self._by_area(shared, warms, ice)
         else:
             above = ice._replace(
                 offset=ice.offset + ice.resistance * warms, melted_flux=ice.melted_flux - warms
             )
-            found = self.film_of(shared.film, self.water, above)
+            found = self.film_of(shared, self.water, above, None)
             found = found._replace(ice_flux=found.ice_flux + warms)
         left = found.squeezed_height / (1.0 + self.dt * out)  # outflow is implicit
         return found._replace(
@@ -207,5 +207,5 @@ class Beside(NamedTuple):
         freezes = height * (Phase(share=share).of_voids(ice) - warms)
         water = np.where(covered, np.maximum(self.water - freezes, 0.0), self.water)
         phase = Phase(np.where(covered, water, 0.0), share, covered)
-        found = self.film_of(shared.film._replace(phase=phase), water, ice)
+        found = self.film_of(shared, water, ice, phase)
         return found._replace(melt_power=found.friction_power + warms - found.ice_flux)

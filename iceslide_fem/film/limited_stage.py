@@ -160,8 +160,9 @@ def limited_stage(
     free = T_m + R * (unmolten - ice.melted_flux) / (1.0 + less)
     flow = dt * loads.squeeze_rate * h**3
     stays = squeezed + np.minimum(flow, room)
-    if phase is not None:  # start values may be below 0 by rounding
-        stays = np.where(other > 0.0, np.maximum(stays - unit * other, 0.0), stays)
+    if phase is not None and isinstance(phase.stored, np.ndarray):
+        # Start values may be below 0 by rounding.
+        stays = np.maximum(stays - unit * other, 0.0)
     sheared = shearing(h, strength, drag)
     return FilmStage(
         y,

@@ -22,20 +22,20 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from iceslide_fem.film.carrying import Beside, Carried
+from iceslide_fem.film.carrying import Carried, Sharing
 from iceslide_fem.film.height import CLOSE
 from iceslide_fem.film.ice_heat import IceHeat
+from iceslide_fem.film.in_stage import FilmOnIce
 from iceslide_fem.film.integrators import EVEN, InterfaceState, Step, Weights, error_norms
-from iceslide_fem.film.law import FilmHistory, FilmStage, Surface, log_shearing
+from iceslide_fem.film.law import FilmHistory, FilmStage, log_shearing
 from iceslide_fem.film.limited_stage import freezing_stage, limited_stage
 from iceslide_fem.film.limiting_shear import LimitingShear
-from iceslide_fem.film.phase import Phase, Refreeze
+from iceslide_fem.film.phase import Phase, Refreeze, wetted
 from iceslide_fem.film.rubber_heat import RubberHeat
-from iceslide_fem.film.viscosity import VariableViscosity, consistent_viscosity
+from iceslide_fem.film.viscosity import VariableViscosity
 from iceslide_fem.runtime.arrays import Array, Index, Mask
 from iceslide_fem.scene.materials import WATER_VISCOSITY
 
-JUMP = 0.1  # K, of a surface that water meets
 LUG = -1  # number of the internal variable B
 T = TypeVar("T", float, Array)
 
@@ -148,8 +148,7 @@ class FilmLoads(NamedTuple):
         shearing = np.exp(self.log_shearing(state))
         if self.carried is None:
             return np.asarray(self.viscous * shearing)
-        shared = self.carried.sharing(self, state.squeezed_height)
-        return np.asarray(shared.film.viscous * shearing + shared.thick)
+        return self._of_both(self.carried, shearing, state.squeezed_height)
 
     @property
     def viscosity_row(self) -> int:
@@ -166,21 +165,34 @@ class FilmLoads(NamedTuple):
             carried=carried and carried._replace(viscosity=carried.viscosity * ratio),
         )
 
-    def growth(self, state: FilmHistory) -> Array | float:
+    def growth(self, state: InterfaceState, ice: IceHeat) -> Array | float:
         """Ratio of tau in `state` to tau with all pressure on the asperities, (n,)."""
         if self.carried is None:
             return 1.0
         whole = self.viscous * np.exp(self.log_shearing(state))
-        shared = self.carried.sharing(self, state.squeezed_height)
-        now = shared.film.viscous * np.exp(self.log_shearing(state)) + shared.thick
+        now = self.shear(state, ice)
         return np.divide(now, whole, out=np.ones_like(now), where=whole != 0.0)
 
     def stress(self, stage: FilmStage) -> Array:
         """tau (Pa) at the end of a `stage` under these loads, (n,)."""
         if self.carried is None:
             return np.asarray(self.viscous * stage.shearing)
-        shared = self.carried.sharing(self, stage.squeezed_height)
-        return np.asarray(shared.film.viscous * stage.shearing + shared.thick)
+        return self._of_both(self.carried, stage.shearing, stage.squeezed_height)
+
+    def _of_both(self, carried: Carried, shearing: Array, water: Array) -> Array:
+        """tau (Pa) of films and of `water` (m) in voids that carry."""
+        shared = carried.sharing(water, self.speed)
+        return np.asarray(self.viscous * shared.viscous * shearing + shared.thick)
+
+    def beside(self, shared: Sharing, phase: Phase | None) -> FilmLoads:
+        """The film's loads under a load sharing; phase: what freezes."""
+        return self._replace(
+            viscous=self.viscous * shared.viscous,
+            squeeze_rate=self.squeeze_rate * shared.squeeze,
+            free_height=np.full_like(self.viscous, np.inf),
+            carried=None,
+            phase=phase,
+        )
 
     def bend(self, middle: FilmLoads, end: FilmLoads) -> Array:
         """Relative distance of loads in the `middle` of a step from the line between its ends."""
@@ -197,8 +209,7 @@ class FilmLoads(NamedTuple):
         shearing = np.exp(log_shearing(step.state))
         if self.carried is None:
             return np.asarray(np.abs(self.viscous) * shearing)
-        shared = self.carried.sharing(self, step.state.squeezed_height)
-        return np.abs(shared.film.viscous * shearing + shared.thick)
+        return np.abs(self._of_both(self.carried, shearing, step.state.squeezed_height))
 
     def log_shearing(self, state: FilmHistory) -> Array:
         """ln(tau / c), (n,), of films in `state` at these slip speeds."""
@@ -291,116 +302,3 @@ def interpolate(start: FilmLoads, end: FilmLoads, fraction: float) -> FilmLoads:
         carried = carried.at(end.carried, fraction)
     components = end.variable_viscosity, end.limit, carried, end.refreeze
     return FilmLoads(viscous, speed, squeeze, free, *components)
-
-
-def films_of(
-    height: Array,
-    temperature: Array,
-    undercooling: Array,
-    speed: Array,
-    water: VariableViscosity | None,
-    limit: LimitingShear | None,
-    lug: float | None = None,
-) -> tuple[Array, Array]:
-    """ln h, or ln(h + s), and internal variables of films of the `height` (m), (n,).
-
-    temperature: of the film, K; undercooling: of the ice below T_m, K; speed: of slip, m/s; lug: B
-    with voids that carry, m.
-    """
-    log_viscosity = np.zeros_like(height) if water is None else water(temperature)
-    rows: list[Array] = []
-    if limit is not None:
-        here = limit if water is None else limit.at_viscosity(np.exp(log_viscosity))
-        rows = list(here.internal(height, speed, limit.strength(undercooling)))
-        rows[0] = rows[0] + log_viscosity
-    elif water is not None or lug is not None:
-        rows = [log_viscosity]
-    if water is not None:
-        rows.append(log_viscosity)
-    if lug is not None:
-        rows.append(np.full_like(height, lug))
-    log_height = np.log(height) if limit is None else limit.log_height(height)
-    return log_height, np.array(rows).reshape(len(rows), height.size)
-
-
-def wetted(step: Step, ice: IceHeat) -> Mask:
-    """Where water meets ice below T_m in the `step`, (n,).
-
-    The flux into the ice is infinite at first, so a shorter step has no smaller error. The layers
-    of the ice bound it, and the end of an L-stable step is right.
-    """
-    change = step.total
-    surface, nothing = ice.surface_temperature, np.zeros_like(change.ice)
-    rise = surface(change.ice) - surface(nothing)
-    water = step.state.squeezed_height - change.squeezed_height
-    return np.asarray((water > 0.0) & step.last.melting & (rise > JUMP))
-
-
-class FilmOnIce(NamedTuple):
-    """A film in one stage, with its start values and loads.
-
-    law: of the film's height, such as `implicit_stage`. The other fields are its arguments, and the
-    internal variables at the start. The unknowns are nested: the viscosity (`viscosity`), the water
-    in load-bearing voids (`carrying`), the height and the strength (`law`).
-    """
-
-    law: Callable[..., FilmStage]
-    log_height: Array
-    squeezed_height: Array
-    dt: Array | float
-    loads: FilmLoads
-    internal: Array = np.zeros((0, 1))
-
-    def height(self, log_height: Array) -> Array:
-        """h (m) from the height variable of the stage."""
-        return self.loads.height(log_height)
-
-    @property
-    def power_at_start(self) -> Array:
-        """q_f (W/m2) of the film at the start of the stage."""
-        loads, shearing = self.loads, np.exp(log_shearing(self))
-        if loads.carried is None:
-            return np.asarray(loads.viscous * loads.speed * shearing)
-        shared = loads.carried.sharing(loads, self.squeezed_height)
-        return np.asarray((shared.film.viscous * shearing + shared.thick) * loads.speed)
-
-    def solve(self, ice: Surface, near: Array | None = None) -> FilmStage:
-        """The stage above `ice`, with the viscosity at its end; `near` is not needed."""
-        loads, variable_viscosity = self.loads, self.loads.variable_viscosity
-        if variable_viscosity is None:
-            return self._beside_voids(loads, ice)
-
-        def stage(log_viscosity: Array) -> tuple[Array, FilmStage]:
-            """Temperature and stage of films of ln(eta / eta_0)."""
-            found = self._beside_voids(loads.at_viscosity(np.exp(log_viscosity)), ice)
-            warm = ice.offset + ice.resistance * found.friction_power
-            T_m = ice.solid.melting_temperature
-            return np.where(found.melting, T_m, np.minimum(warm, T_m)), found
-
-        log_viscosity, temperature, found = consistent_viscosity(
-            stage, variable_viscosity, self.internal[loads.viscosity_row]
-        )
-        # Without melting, warmer ice lowers the friction power.
-        less = ice.resistance * found.friction_power * variable_viscosity.fall(temperature)
-        of_film = found.internal
-        if len(of_film):
-            of_film = np.vstack([of_film[:1] + log_viscosity, of_film[1:]])
-        else:
-            of_film = log_viscosity[None]
-        return found._replace(
-            ice_slope=np.where(found.melting, found.ice_slope, less / (1.0 + less)),
-            internal=np.vstack([of_film, log_viscosity]),
-            shearing=np.exp(log_viscosity) * found.shearing,
-        )
-
-    def _beside_voids(self, loads: FilmLoads, ice: Surface) -> FilmStage:
-        if loads.carried is None:
-            return self._alone(loads, self.squeezed_height, ice)
-        found = Beside(loads.carried, loads, self.squeezed_height, self.dt, self._alone).solve(ice)
-        if len(found.internal):
-            return found
-        return found._replace(internal=np.zeros((1, self.log_height.size)))
-
-    def _alone(self, loads: FilmLoads, water: Array, ice: Surface) -> FilmStage:
-        start = self.log_height, water, self.dt, loads, ice
-        return self.law(*start) if loads.limit is None else self.law(loads.limit, *start)

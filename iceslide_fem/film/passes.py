@@ -54,12 +54,22 @@ def simulate_passes(
     for _ in range(passes.number):
         found = simulate(conditions, ice, start=start, **settings)
         yield found
-        first, duration = conditions.initial_height, conditions.duration
-        start = next_start(found.state, conditions, first, duration, ice, passes)
+        start = next_start(found.state, conditions, ice, passes)
 
 
 class Films(Protocol):
-    """A law or conditions, by the films that they begin with."""
+    """A law or conditions, by the films that they begin with.
+
+    initial_height: of films without water, m; duration: of a pass, s.
+    """
+
+    @property
+    def initial_height(self) -> Array:
+        """h of films without water, m, (n,)."""
+
+    @property
+    def duration(self) -> Array:
+        """Duration of a pass, s, (n,)."""
 
     def film_height(self, state: InterfaceState) -> Array:
         """h (m) of films, (n,)."""
@@ -72,23 +82,15 @@ class Films(Protocol):
 
 
 def next_start(
-    state: InterfaceState,
-    films: Films,
-    first: Array | float,
-    duration: Array | float,
-    ice: Column,
-    passes: Passes,
+    state: InterfaceState, films: Films, ice: Column, passes: Passes
 ) -> InterfaceState:
-    """Initial state of a pass after one of a `duration` (s) that ends in `state`.
-
-    first: height of films without water, m. The rubber begins cold and untouched.
-    """
-    height, squeezed = films.film_height(state), state.squeezed_height
-    heat, rest = state.ice, passes.period - np.broadcast_to(duration, height.shape)
+    """Initial state of a pass after one that ends in `state`. The rubber begins untouched."""
+    height, squeezed, first = films.film_height(state), state.squeezed_height, films.initial_height
+    heat, rest = state.ice, passes.period - films.duration
     if passes.between == "keep":
         squeezed = passes.carried * squeezed
     elif passes.between == "drain":
-        height, squeezed = np.broadcast_to(first, height.shape), np.zeros_like(squeezed)
+        height, squeezed = first, np.zeros_like(squeezed)
     else:
         heat, left, rest = frozen(heat, molten(height, squeezed, first), rest, ice)
         height, squeezed = unfrozen(height, left, first)

@@ -38,6 +38,7 @@ EVENT_SHARE = 0.005
 JUMP = 0.2
 # Error of the ice response with fewer modes, relative to the tolerance.
 CONDENSED = 0.005
+YOUNGEST = 1e-8  # age of contact at t = 0, of the duration
 
 
 def simulate(
@@ -155,6 +156,8 @@ def integrate(
     if isinstance(ice, HalfSpace):
         band, dry = JUMP * band, dry / JUMP
         heat = ice.late(band)
+    youngest = YOUNGEST * duration
+    begin = begin._replace(age=history_after(drive, begin, np.zeros(n), youngest, heat, rubber))
     loads = drive.loads(np.zeros(n), begin.age)
     # Iterations over film height and another unknown need an exact height.
     alone = steps.fixed is None and loads.alone and isinstance(rubber, Insulated)

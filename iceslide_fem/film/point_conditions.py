@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from iceslide_fem.film.contact_age import ContactAge
+from iceslide_fem.film.first_films import films_of
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.film.limiting_shear import LimitingShear, ShearStrength
-from iceslide_fem.film.loads import FilmLoads, film_loads, films_of
+from iceslide_fem.film.loads import FilmLoads, film_loads
 from iceslide_fem.film.phase import Refreeze
 from iceslide_fem.film.viscosity import VariableViscosity
 from iceslide_fem.runtime.arrays import Array, Index

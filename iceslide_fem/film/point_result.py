@@ -200,9 +200,9 @@ class Tally:
         count = np.searchsorted(times, end, side="right")
         count -= sampled
         count *= record.good
-        first = sampled - np.cumsum(count)
+        before = sampled - np.cumsum(count)
         sampled += count
-        first += count
+        before += count
         run = np.repeat(np.arange(count.size), count)
         if not run.size:
             return
@@ -212,7 +212,7 @@ class Tally:
             return of_steps.take(run, mode="clip")
 
         which = np.arange(run.size)
-        which += of_samples(first)
+        which += of_samples(before)
         # ln(eta / h) within a step: the parabola through its ends with its slope at the end.
         rate, dt = step.shearing_rate, record.dt
         bend = rate * dt

@@ -25,6 +25,7 @@ within 0.5 %). A long lug has B = b.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -179,6 +180,17 @@ def _caught(along: Array, openness: Array) -> Array:
         caught[i] = how_open * flow
         flow -= caught[i]
     return caught
+
+
+class WetVoids(NamedTuple):
+    """Voids that carry, the `lugs` that drain them, and the water on the ice ahead.
+
+    brought: function from positions x (m) to the water height on the ice (m).
+    """
+
+    voids: Voids
+    lugs: Lugs
+    brought: Callable[[Array], Array]
 
 
 def lugs_of(rubber: Rubber, wide: bool = False) -> Lugs:

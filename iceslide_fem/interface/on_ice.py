@@ -122,7 +122,7 @@ class OnIce:
         if self._law.wet is None:
             return touching
         _, loads = self.on_nodes(contact, state.age)
-        growth = self.at_points(loads.growth(state) * of_nodes, contact) / here
+        growth = self.at_points(loads.growth(state, self.ice) * of_nodes, contact) / here
 
         def shear(pressure: Array, speed: Array) -> tuple[Array, Array, Array]:
             factor = growth.reshape(pressure.shape)

@@ -15,14 +15,15 @@ import numpy as np
 
 from iceslide_fem.film.carrying import Carried
 from iceslide_fem.film.contact_age import CONTACT_AREA, AnyContact, ContactAge, contact_age
+from iceslide_fem.film.first_films import films_of
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.film.law import log_shearing
 from iceslide_fem.film.limiting_shear import SHEAR_STRENGTH, SLOWEST, LimitingShear
-from iceslide_fem.film.loads import FilmLoads, film_loads, films_of
+from iceslide_fem.film.loads import FilmLoads, film_loads
 from iceslide_fem.film.phase import Refreeze
 from iceslide_fem.film.shear_strength import shear_strength, shearing_height
 from iceslide_fem.film.viscosity import FILM_VISCOSITY, VariableViscosity
-from iceslide_fem.film.voids import Lugs, Voids, lugs_of
+from iceslide_fem.film.voids import Voids, WetVoids, lugs_of
 from iceslide_fem.laws.protocol import Sheared
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.scene import Scene
@@ -33,17 +34,7 @@ from iceslide_fem.scene.materials import MELTING_TEMPERATURE, WATER_VISCOSITY
 # with pressure would exceed this friction coefficient: points that touch and lift under a
 # coefficient of hundreds have several equilibria.
 RAMP_SHARE, STEEPEST_RAMP = 0.05, 10.0
-
-
-class WetVoids(NamedTuple):
-    """Voids that carry, the `lugs` that drain them, and the water on the ice ahead.
-
-    brought: function from positions x (m) to the water height on the ice (m).
-    """
-
-    voids: Voids
-    lugs: Lugs
-    brought: Callable[[Array], Array]
+YOUNG = np.zeros((0, 1))  # history of a contact that does not age
 
 
 class First(NamedTuple):
@@ -159,7 +150,7 @@ class FilmLaw:
         """k, D, H_V over pressure at this history."""
         return self.contact if self.age is None else self.age.so_far(age)
 
-    def loads(self, pressure: Array, speed: Array, age: Array) -> FilmLoads:
+    def loads(self, pressure: Array, speed: Array, age: Array = YOUNG) -> FilmLoads:
         """Loads of the film at local `pressure` (Pa), `speed` (m/s) and history of the contact."""
         p, contact = self.read_at(pressure), self.of_contact(age)
         k, D, H_V, _ = contact(p)
@@ -225,7 +216,9 @@ class FilmLaw:
             return np.asarray(1.0 / read(np.exp(-state.log_height)))
         return read(self.film_height(state))
 
-    def read(self, shearing: Array, internal: Array, speed: Array, age: Array) -> Sheared:
+    def read(
+        self, shearing: Array, internal: Array, speed: Array, age: Array = YOUNG
+    ) -> Sheared:
         """The shear law of points with the mean `shearing` (1/m), (n,), exp of `log_shearing`.
 
         Voids that carry are left out.
@@ -281,12 +274,12 @@ class FilmLaw:
         flat = pressure.ravel()
         loads = self.loads(flat, np.ones_like(flat), films.age)
         assert loads.carried is not None
-        shared = loads.carried.sharing(loads, films.water)
-        film = shared.film.viscous.reshape(pressure.shape) / whole
+        shared = loads.carried.sharing(films.water, loads.speed)
+        film = (loads.viscous * shared.viscous).reshape(pressure.shape) / whole
         return film, shared.thick.reshape(pressure.shape)
 
     def shear(
-        self, pressure: Array, speed: Array, film_height: Array, age: Array
+        self, pressure: Array, speed: Array, film_height: Array, age: Array = YOUNG
     ) -> tuple[Array, Array]:
         """tau = k eta v / h (5.29), faded in with pressure (Pa), and d tau / d p."""
         k, dk_dp = self.of_contact(age).contact_area(self.read_at(pressure))

@@ -40,16 +40,14 @@ frees energy, the energy balance does not close, and the run stops.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from iceslide_fem.film.driving import PointLoads
 from iceslide_fem.film.integrators import InterfaceState
+from iceslide_fem.film.voids import WetVoids
 from iceslide_fem.runtime.arrays import Array, Mask
-
-if TYPE_CHECKING:  # the film law is a law of this protocol
-    from iceslide_fem.laws.film import WetVoids
 
 
 class Contact(NamedTuple):

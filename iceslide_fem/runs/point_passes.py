@@ -18,6 +18,7 @@ from iceslide_fem.film.conditions import (
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.passes import base_temperature, column_for, next_start
 from iceslide_fem.film.point_result import PointResult
+from iceslide_fem.laws.points import FilmsOfLaw
 from iceslide_fem.laws.protocol import InterfaceLaw
 from iceslide_fem.output.table import HistoryRow, PassRow, of_pass
 from iceslide_fem.output.water import AMOUNTS as WATER_AMOUNTS
@@ -123,7 +124,7 @@ def passes_history(
     """
     conditions, passes = scene_conditions(scene), scene_passes(scene)
     ice = column_for(conditions, passes, scene.numerics.tolerance, ice_model(scene))
-    first_height, duration = scene.initial_height, exposure(scene)
+    films = FilmsOfLaw(law, np.full(1, scene.initial_height), np.full(1, exposure(scene)))
     state, rows, found = first_state(scene, law, ice), list[HistoryRow](), list[PassRow]()
     with LongTask(passes.number, shown=rank() == 0) as task:
         for number in range(1, passes.number + 1):
@@ -138,7 +139,7 @@ def passes_history(
             observe(row)
             found.append(row)
             task.show(number, f"pass {number} of {passes.number}", f"mean mu {row.mu_mean:.3f}")
-            state = next_start(end.state, law, first_height, duration, ice, passes)
+            state = next_start(end.state, films, ice, passes)
     return rows, _results(found, rows)
 
 

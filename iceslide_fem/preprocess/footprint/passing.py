@@ -17,10 +17,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from iceslide_fem.film.first_films import films_of
 from iceslide_fem.film.height import CLOSE
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import InterfaceState
-from iceslide_fem.film.loads import film_loads, films_of
+from iceslide_fem.film.loads import film_loads
 from iceslide_fem.film.point import taken
 from iceslide_fem.film.rubber_heat import INSULATED
 from iceslide_fem.film.runge_kutta import INTEGRATORS
@@ -36,6 +37,7 @@ from iceslide_fem.scene.contact_table import ConstantContact, ContactTable
 METHOD = INTEGRATORS["sdirk2"]
 # Relative to a pixel's time: the shortest step, and the rounding of the rest.
 SHORTEST, SLACK = 1e-9, 1e-6
+YOUNGEST = 1e-6  # first step where water meets cold ice
 
 
 class Path(NamedTuple):
@@ -175,6 +177,9 @@ def films_along(
             layer = np.where(path.enters[pixel], share[line], 1.0) * state.squeezed_height[arrives]
             state.squeezed_height[arrives] = np.maximum(layer, thinnest[line])
             left[arrives] = passing
+            if ride.refreeze == "area":  # water meets cold ice
+                meets = arrives[path.enters[pixel]]
+                dt[meets] = YOUNGEST * passing
             for work in works:
                 work[arrives] = 0.0
         trial = left / np.ceil(left / dt - SLACK)

@@ -7,9 +7,10 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from iceslide_fem.film.first_films import films_of
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import InterfaceState, Step, advance
-from iceslide_fem.film.loads import film_loads, films_of
+from iceslide_fem.film.loads import film_loads
 from iceslide_fem.film.rubber_heat import INSULATED
 from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.film.step_control import step_factor
@@ -226,7 +227,6 @@ def contact_of_case(case: WheelCase, length: float) -> SlidingContact:
 def _check_film(scene: Scene, said: str) -> None:
     """Raise SceneError if the film law of a scene, `said` in words, is not that of a wheel."""
     for unfit, key, allowed in (
-        (scene.film.refreeze != "nothing", f'film.refreeze = "{scene.film.refreeze}"', '"nothing"'),
         (scene.ice.depth is not None, "ice.depth", "ice as deep as heat reaches"),
         (scene.ice.mesh is not None, "ice.mesh", "ice as deep as heat reaches"),
     ):
