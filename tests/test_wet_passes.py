@@ -60,7 +60,7 @@ def test_kept_water_is_handed_on_to_the_last_drop():
 
 def test_four_passes_squeeze_kept_water_as_one_of_four_times_the_length():
     """Water that bears all of the load all the time, against the closed form."""
-    _, passes = history(scene())
+    _, passes = history(scene(film={"refreeze": "nothing"}))
     due = (WATER**-2 + 2.0 * PRESSURE * TIME * np.arange(1, 5) / (1.8e-3 * LUG**2)) ** -0.5
     assert [one.squeezed_height_m for one in passes] == pytest.approx(due, rel=3e-3)
     assert (np.diff([one.mu_mean for one in passes]) > 0.0).all()
@@ -78,8 +78,9 @@ def test_a_row_of_blocks_meets_what_the_one_before_has_left():
 
 def test_drained_ice_is_as_ice_that_was_never_wet():
     """After a rest that is long enough for its heat to be gone."""
-    _, drained = history(scene("drain", load={"passes": 2, "period": 1e3}))
-    _, dry = history(scene("drain", water=0.0, load={"passes": 2, "period": 1e3}))
+    two = {"passes": 2, "period": 1e3}
+    _, drained = history(scene("drain", load=two))
+    _, dry = history(scene("drain", water=0.0, load=two, film={"refreeze": "area"}))
     for name in ("mu_mean", "mu_end", "squeezed_height_m", "film_height_m", "melt_onset_s"):
         assert getattr(drained[1], name) == pytest.approx(getattr(dry[0], name), rel=2e-3)
     assert drained[0].mu_mean < 0.05 * dry[0].mu_mean
@@ -107,7 +108,8 @@ def test_more_water_freezes_in_a_longer_rest():
         [one.mu_mean for one in history(scene("freeze", load={"passes": 2, "period": period}))[1]]
         for period in (7e-3, 1.0, 100.0)
     ]
-    assert means[0][0] == means[1][0] == means[2][0]
+    assert means[1][0] == pytest.approx(means[0][0], rel=1e-5)  # the ice is meshed deeper
+    assert means[2][0] == pytest.approx(means[0][0], rel=1e-5)
     assert means[0][1] < means[1][1] < means[2][1]
 
 

@@ -18,14 +18,19 @@ from typing import NamedTuple
 
 import numpy as np
 
+from iceslide_fem.film.ice_heat import IceHeat
+from iceslide_fem.film.integrators import Step
 from iceslide_fem.film.law import FilmStage, Surface
 from iceslide_fem.film.phase import Phase
 from iceslide_fem.film.voids import Voids
 from iceslide_fem.runtime.arrays import Array, Index, Mask
+from iceslide_fem.scene.materials import MELTING_TEMPERATURE
 
 SETTLED, MOST_PASSES = 1e-11, 80  # tolerance of ln W; iterations
 LEAST_SLOPE = 0.2  # least slope of the residual of ln W for a secant step
 DRIEST = 1e-30  # m, lower bound of water that does not freeze completely
+JUMP = 0.1  # K, of a surface that water meets
+HELD = 1e-3  # K below T_m, of a surface that counts as held there
 GONE = 1e-12  # of H_V: less water counts as none
 
 
@@ -52,7 +57,9 @@ class Carried(NamedTuple):
     """Load-bearing voids of places; arrays (n,).
 
     pressure: over the contact part of a place, Pa; cover: fade-in factor of the shear times the
-    contact fraction of the place; viscosity: eta, Pa s; softness: of aged contact, p_e / p.
+    contact fraction of the place; viscosity: eta, Pa s; softness: of aged contact, p_e / p; least:
+    water that does not count, m (`wet`); melting_temperature: of the ice, K; at_melting: where
+    water holds its surface at T_m in a step.
     """
 
     voids: Voids
@@ -60,6 +67,9 @@ class Carried(NamedTuple):
     cover: Array
     viscosity: Array | float
     softness: Array | float = 1.0
+    least: float = 0.0
+    melting_temperature: float = MELTING_TEMPERATURE
+    at_melting: Mask | None = None
 
     def take(self, index: Index) -> Carried:
         """The voids at `index`."""
@@ -73,7 +83,33 @@ class Carried(NamedTuple):
             self.cover[index],
             of(self.viscosity),
             of(self.softness),
+            self.least,
+            self.melting_temperature,
         )
+
+    def wet(self, water: Array) -> Mask:
+        """Whether `water` (m) below the rubber holds the ice's surface at T_m.
+
+        A film that ice begins with without melting may be squeezed out into the voids. It stands
+        for dry contact, and does not count as water.
+        """
+        return np.asarray((self.pressure > 0.0) & (water > self.least))
+
+    def begun(self, water: Array, surface: Array) -> Carried:
+        """The voids in a step that begins with `water` (m) on ice of a `surface` (K)."""
+        held = (surface >= self.melting_temperature - HELD) & (water > 0.0) & (self.pressure > 0.0)
+        return self._replace(at_melting=held | self.wet(water))
+
+    def meets_cold_ice(self, step: Step, ice: IceHeat) -> Mask:
+        """Where water meets ice below T_m in the `step`, (n,).
+
+        The flux into the ice is infinite at first, so a shorter step has no smaller error. The
+        layers of the ice bound it, and the end of an L-stable step is right.
+        """
+        change, surface = step.total, ice.surface_temperature
+        rise = surface(change.ice) - surface(np.zeros_like(change.ice))
+        water = step.state.squeezed_height - change.squeezed_height
+        return np.asarray(self.wet(water) & step.last.melting & (rise > JUMP))
 
     def completed(self, covered: Mask, other: Carried) -> Carried:
         """Places that are not `covered` have the pressure and contact of the `other` end."""
@@ -123,13 +159,14 @@ class Carried(NamedTuple):
 class Beside(NamedTuple):
     """Film and voids in a stage of `dt` (s), from `water` (m) in the voids.
 
-    speed: of slip, m/s; by_area: whether water freezes by area (`phase`); film_of: the film's stage
-    under a load sharing.
+    speed: of slip, m/s; by_area: whether water freezes by area (`phase`); films_freeze: whether
+    films then also freeze without other water; film_of: the film's stage under a load sharing.
     """
 
     carried: Carried
     speed: Array
     by_area: bool
+    films_freeze: bool
     water: Array
     dt: Array | float
     film_of: FilmOf
@@ -178,34 +215,28 @@ class Beside(NamedTuple):
 
     def _with(self, water: Array, ice: Surface) -> tuple[FilmStage, Array]:
         """The stage with the load sharing of `water` (m), and the water left in the voids (m)."""
-        shared = self.carried.sharing(water, self.speed)
+        carried, shared = self.carried, self.carried.sharing(water, self.speed)
         warms = shared.thick * self.speed
-        out = self.carried.voids.outflow(shared.borne, water, self.carried.viscosity)
+        out = carried.voids.outflow(shared.borne, water, carried.viscosity)
+        wet, phase, left = np.zeros(warms.shape, dtype=bool), None, self.water
         if self.by_area:
-            found = self._by_area(shared, warms, ice)
-        else:
-            above = ice._replace(
-                offset=ice.offset + ice.resistance * warms, melted_flux=ice.melted_flux - warms
-            )
-            found = self.film_of(shared, self.water, above, None)
-            found = found._replace(ice_flux=found.ice_flux + warms)
-        left = found.squeezed_height / (1.0 + self.dt * out)  # outflow is implicit
+            assert carried.at_melting is not None
+            wet = carried.at_melting
+            share = np.where(wet, 1.0 - (1.0 - shared.k) * shared.filled, 1.0)
+            freezes = Phase(share=share).of_voids(ice) - np.where(wet, warms, 0.0)
+            left = np.maximum(left - self.dt / ice.solid.melting_enthalpy * freezes, 0.0)
+            phase = Phase(np.where(wet, left, 0.0), share, wet | self.films_freeze)
+        into_ice = np.where(wet, 0.0, warms)
+        above = ice._replace(
+            offset=ice.offset + ice.resistance * into_ice, melted_flux=ice.melted_flux - into_ice
+        )
+        found = self.film_of(shared, left, above, phase)
+        flux = found.ice_flux + into_ice
+        after = found.squeezed_height / (1.0 + self.dt * out)  # outflow is implicit
         return found._replace(
             friction_power=found.friction_power + warms,
+            ice_flux=flux,
+            melt_power=found.friction_power + warms - flux,
             saturated=shared.borne > 0.0,
-            outflow=out * left,
-        ), left
-
-    def _by_area(self, shared: Sharing, warms: Array, ice: Surface) -> FilmStage:
-        """The stage with melting and freezing by area; `warms`: heat of the sheared water, W/m2.
-
-        Below uncovered water (no pressure) nothing freezes.
-        """
-        covered = self.carried.pressure > 0.0
-        share = np.where(covered, 1.0 - (1.0 - shared.k) * shared.filled, 1.0)
-        height = self.dt / ice.solid.melting_enthalpy
-        freezes = height * (Phase(share=share).of_voids(ice) - warms)
-        water = np.where(covered, np.maximum(self.water - freezes, 0.0), self.water)
-        phase = Phase(np.where(covered, water, 0.0), share, covered)
-        found = self.film_of(shared, water, ice, phase)
-        return found._replace(melt_power=found.friction_power + warms - found.ice_flux)
+            outflow=out * after,
+        ), after

@@ -115,7 +115,8 @@ class FilmOnIce(NamedTuple):
         ) -> FilmStage:
             return self._alone(loads.beside(shared, phase), water, below)
 
-        start = loads.speed, loads.refreeze == "area", self.squeezed_height, self.dt
+        kinds = loads.refreeze == "area", loads.limit is not None
+        start = loads.speed, *kinds, self.squeezed_height, self.dt
         found = Beside(loads.carried, *start, film_of).solve(ice)
         if len(found.internal):
             return found

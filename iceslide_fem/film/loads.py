@@ -30,7 +30,7 @@ from iceslide_fem.film.integrators import EVEN, InterfaceState, Step, Weights, e
 from iceslide_fem.film.law import FilmHistory, FilmStage, log_shearing
 from iceslide_fem.film.limited_stage import freezing_stage, limited_stage
 from iceslide_fem.film.limiting_shear import LimitingShear
-from iceslide_fem.film.phase import Phase, Refreeze, wetted
+from iceslide_fem.film.phase import Phase, Refreeze
 from iceslide_fem.film.rubber_heat import RubberHeat
 from iceslide_fem.film.viscosity import VariableViscosity
 from iceslide_fem.runtime.arrays import Array, Index, Mask
@@ -96,10 +96,15 @@ class FilmLoads(NamedTuple):
     def begun(
         self, dt: Array | float, state: InterfaceState, ice: IceHeat, rubber: RubberHeat
     ) -> FilmLoads:
-        """These loads, with voids below the lugs in `state`."""
-        if self.carried is None or not len(state.internal):
+        """These loads, with voids below the lugs in `state`, and where its water holds T_m."""
+        carried = self.carried
+        if carried is None:
             return self
-        return self._replace(carried=self.carried.below(state.internal[LUG]))
+        if len(state.internal):
+            carried = carried.below(state.internal[LUG])
+        if self.refreeze == "area":
+            carried = carried.begun(state.squeezed_height, ice.surface_temperature(state.ice))
+        return self._replace(carried=carried)
 
     def at(self, end: FilmLoads, fraction: float) -> FilmLoads:
         """Loads at `fraction` of a step that ends with `end`, by linear interpolation."""
@@ -234,9 +239,10 @@ class FilmLoads(NamedTuple):
         """Relative local errors (n,) of a step that ends here; `scale` of temperatures, K."""
         water, kelvin = self._water_scale(step), self._temperature_scale(step, scale)
         error = error_norms(step, ice, water / weights.water, kelvin, rubber, weights.dry)
-        if self.refreeze != "area":
+        if self.refreeze != "area" or self.carried is None:
             return error
-        return np.where(wetted(step, ice) & np.isfinite(error), 0.0, error)
+        met = self.carried.meets_cold_ice(step, ice) & np.isfinite(error)
+        return np.where(met, 0.0, error)
 
     def _water_scale(self, step: Step) -> Array:
         """Reference of errors of water (m), (n,): H_V, or the larger one of H_V and W."""
@@ -259,8 +265,11 @@ class FilmLoads(NamedTuple):
         """Places where water that may freeze holds the ice's surface at T_m, (n,)."""
         if self.refreeze == "nothing":
             return np.zeros(state.log_height.shape, dtype=bool)
-        stored = self.refreeze != "film"
-        return (self.height(state.log_height) > 0.0) | (stored & (state.squeezed_height > 0.0))
+        film = self.height(state.log_height) > 0.0
+        if self.carried is None:
+            return film | ((self.refreeze == "all") & (state.squeezed_height > 0.0))
+        film &= (self.limit is not None) & (self.carried.pressure > 0.0)
+        return film | self.carried.wet(state.squeezed_height)
 
 
 def squeeze_rate(pressure: T, D: T, viscosity: Any = WATER_VISCOSITY) -> T:

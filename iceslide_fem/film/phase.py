@@ -27,13 +27,10 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from iceslide_fem.film.ice_heat import IceHeat
-from iceslide_fem.film.integrators import Step
 from iceslide_fem.film.law import Surface
 from iceslide_fem.runtime.arrays import Array, Mask
 
 Refreeze = Literal["nothing", "film", "all", "area"]
-JUMP = 0.1  # K, of a surface that water meets
 
 
 class Phase(NamedTuple):
@@ -61,16 +58,3 @@ class Phase(NamedTuple):
         return np.asarray(
             self.share * (ice.melted_flux - ice.into_rubber) + ice.into_rubber
         )
-
-
-def wetted(step: Step, ice: IceHeat) -> Mask:
-    """Where water meets ice below T_m in the `step`, (n,).
-
-    The flux into the ice is infinite at first, so a shorter step has no smaller error. The layers
-    of the ice bound it, and the end of an L-stable step is right.
-    """
-    change = step.total
-    surface, nothing = ice.surface_temperature, np.zeros_like(change.ice)
-    rise = surface(change.ice) - surface(nothing)
-    water = step.state.squeezed_height - change.squeezed_height
-    return np.asarray((water > 0.0) & step.last.melting & (rise > JUMP))

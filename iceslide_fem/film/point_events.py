@@ -87,7 +87,7 @@ def until(
     is extrapolated with its last rate and the curvature of the step.
     """
     now, free = step.state.squeezed_height, loads.free_height
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         melts = (1.0 + band - end) * step.dt
         melts /= end - start
         rate = step.change.squeezed_height / step.stage_dt

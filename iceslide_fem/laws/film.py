@@ -158,7 +158,8 @@ class FilmLaw:
         carried = None
         if self.wet is not None:
             softness = 1.0 if self.age is None else self.age.so_far(age).softness(p)
-            carried = Carried(self.wet.voids, pressure, ramp, self.viscosity, softness)
+            first = self.first.height, self.first.melting_temperature
+            carried = Carried(self.wet.voids, pressure, ramp, self.viscosity, softness, *first)
         p, k = np.where(pressure > 0.0, p, 0.0), ramp * k
         components = self.water, self.limit, carried, self.refreeze
         return film_loads(p, speed, k, D, H_V, self.viscosity, *components)

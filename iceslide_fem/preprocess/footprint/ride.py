@@ -33,10 +33,20 @@ class WetIce(NamedTuple):
         return Voids(contact_of, self.lug)
 
     def carried(
-        self, pressure: Array, contact_of: ContactTable | ConstantContact, viscosity: Array
+        self,
+        pressure: Array,
+        contact_of: ContactTable | ConstantContact,
+        viscosity: Array,
+        first_height: float,
+        melting_temperature: float,
     ) -> Carried:
-        """The voids under `pressure` (Pa), (n,), in full contact, with `viscosity` (Pa s)."""
-        return Carried(self.voids(contact_of), pressure, np.ones_like(pressure), viscosity)
+        """The voids under `pressure` (Pa), (n,), in full contact, with `viscosity` (Pa s).
+
+        first_height: of films without water, m; melting_temperature: of the ice, K.
+        """
+        voids, whole = self.voids(contact_of), np.ones_like(pressure)
+        first = first_height, melting_temperature
+        return Carried(voids, pressure, whole, viscosity, 1.0, *first)
 
     def borne(
         self, pressure: Array, water: Array, contact_of: ContactTable | ConstantContact
