@@ -71,6 +71,15 @@ class Scene(Tables):
 
         For viscoelastic rubber C10 and C01 are instantaneous.
         """
+        return self._at_modulus("instantaneous")
+
+    @property
+    def long_term(self) -> MooneyRivlin:
+        """The same, but C10 and C01 of viscoelastic rubber are long-term."""
+        return self._at_modulus("long-term")
+
+    def _at_modulus(self, wanted: str) -> MooneyRivlin:
+        """Constants at the "instantaneous" or the "long-term" modulus."""
         rubber = self.rubber
         if rubber.compound is not None:
             C10, C01, D1 = astuple(COMPOUNDS[rubber.compound])
@@ -81,9 +90,10 @@ class Scene(Tables):
             D1 = MooneyRivlin.from_nu(C10, C01, rubber.nu).D1
         given = MooneyRivlin(C10, C01, D1 if rubber.D1 is None else rubber.D1)
         relaxation = rubber.relaxation
-        if relaxation is None or rubber.modulus_is == "instantaneous":
+        if relaxation is None or rubber.modulus_is == wanted:
             return given
-        return given.stiffer(1.0 / relaxation.prony.long_term)
+        left = relaxation.prony.long_term
+        return given.stiffer(left if wanted == "long-term" else 1.0 / left)
 
     @property
     def contact_parameters(self) -> ContactTable | ConstantContact:

@@ -13,6 +13,7 @@ from iceslide_fem.preprocess.footprint.film_options import FilmOptions
 from iceslide_fem.preprocess.footprint.source_options import Length, SourceOptions
 from iceslide_fem.preprocess.wheel.brush import Pattern, Rolling
 from iceslide_fem.preprocess.wheel.option_values import (
+    RANGES,
     SPEED,
     Slips,
     StiffnessText,
@@ -66,8 +67,13 @@ class WheelCase(SourceOptions, FilmOptions):
         "KEY=V,V",
     )  # fmt: skip
     stiffness: StiffnessText = option(
-        None, "Shear stiffness of the tread: of a patch, or per area.", "auto|N/M2|PA/M", "auto"
-    )
+        None, "Shear stiffness of the tread: of a patch, or per area. A number does not relax.",
+        "auto|N/M2|PA/M", "auto",
+    )  # fmt: skip
+    carcass: Annotated[float, Quantity("Pa/m", *RANGES["Pa/m"]), Number] | None = option(
+        None, "Shear stiffness of the carcass in series with the tread: 60MPa/m.", "PA/M",
+        "rigid",
+    )  # fmt: skip
     tread_height: Length = option(8e-3, "Height of tread or blocks.")
     pitch: Length | None = option(None, "Of blocks along the wheel, edge to edge: 28mm.")
     groove: Annotated[float, Quantity("m", "0.1 mm", "1 m"), Number] | None = option(
