@@ -14,6 +14,7 @@ from pydantic_core import PydanticCustomError
 from iceslide_fem.film.contact_age import contact_age
 from iceslide_fem.film.shear_strength import shear_strength
 from iceslide_fem.preprocess.footprint.ride import Ride
+from iceslide_fem.preprocess.footprint.scene_keys import OF_AGE, dropped
 from iceslide_fem.preprocess.footprint.source_options import Length
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import Scene, load_scene
@@ -37,11 +38,6 @@ POINT = {
     "load.pressure": 1e5,
     "load.speed": 1.0,
     "load.duration": 1e-3,
-}
-# What is taken of a scene whose contact ages.
-OF_AGE = {
-    "rubber": "compound C10 C01 D1 nu prony dma wlf shift_factors modulus_is".split(),
-    "film": "contact contact_age contact_modulus".split(),
 }
 WORDS = {
     'film.voids = "carry"': "--water",
@@ -125,13 +121,26 @@ class FilmOptions(CommandOptions):
                     "one with film.contact_age = true"
                 )
             tables = aged.as_dict()
-            more |= {f"{name}.{key}": tables[name][key] for name in OF_AGE for key in OF_AGE[name]}
+            more |= {key: tables[table][name] for key in OF_AGE for table, name in [key.split(".")]}
         return self.as_scene(more, WORDS)
 
     @property
     def temperatures(self) -> Sequence[float]:
         """All temperatures (K) of the ice that are computed."""
         return (self.temperature,)
+
+    @property
+    def scene_notes(self) -> list[str]:
+        """What is not taken of the scene of --contact-age, though it would change mu."""
+        if self.contact_age is None:
+            return []
+        others = dropped(load_scene(self.contact_age), self.law)
+        if not others:
+            return []
+        return [
+            f"of --contact-age {self.contact_age} the rubber and its contact are taken; not taken, "
+            f"and different in this scene: {', '.join(others)}"
+        ]
 
     @property
     def rubs_without_melting(self) -> bool:

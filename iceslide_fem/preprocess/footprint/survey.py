@@ -186,6 +186,7 @@ def summary(result: Survey) -> dict[str, Any]:
     largest = float(mu[~outside].max(initial=result.mu_mean))
     warnings = [
         *read.notes,
+        *case.scene_notes,
         *doubts(float(film.height[contact].min()), largest, melting, case.rubs_without_melting),
         *_outside(float(outside.mean()), friction_outside),
     ]

@@ -107,7 +107,7 @@ def summary(
         },
         "curves": members,
         "source": str(case.source),
-        "warnings": [*read.notes, *_warnings(case, found)],
+        "warnings": [*read.notes, *case.scene_notes, *_warnings(case, found)],
     }
 
 
