@@ -96,7 +96,7 @@ def exact_brushes(cells: int) -> None:
 def film_contact(speed: float = SPEED, temperature: float = COLD, **keys: object) -> FilmContact:
     """The film law on the surface found for compound B, or with other options of the film."""
     given = FilmOptions.of({"contact": SURFACE, "temperature": temperature, **keys})
-    return FilmContact(given.ride_at(speed, 0.0), given.law.contact_parameters, given.tolerance)
+    return FilmContact(given.ride_at(speed, 0.0), given.contact_of, given.tolerance)
 
 
 def patch(pressure: float, cells: int, lines: int = 1) -> PressureMap:

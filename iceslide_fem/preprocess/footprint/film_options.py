@@ -26,6 +26,7 @@ from iceslide_fem.scene.command_options import (
     option,
     scene_option,
 )
+from iceslide_fem.scene.contact_table import ConstantContact, ContactTable
 from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.materials import CONTACT_TABLES
 from iceslide_fem.scene.rules import TOGETHER, Is, Rule
@@ -72,7 +73,10 @@ class FilmOptions(CommandOptions):
     compound: Annotated[str, AfterValidator(_with_contact)] = scene_option(
         "rubber.compound", metavar="NAME", default="B"
     )
-    contact: InputFile | None = scene_option("film.contact", metavar="CSV")
+    contact: InputFile | None = scene_option(
+        "film.contact", metavar="CSV",
+        text="Table of k, D and H_V over pressure, instead of the compound's, as it stands.",
+    )  # fmt: skip
     contact_age: InputFile | None = option(
         None, "Whose contact ages: its k, D and H_V, instead of the compound's.", "SCENE"
     )
@@ -123,6 +127,14 @@ class FilmOptions(CommandOptions):
             tables = aged.as_dict()
             more |= {key: tables[table][name] for key in OF_AGE for table, name in [key.split(".")]}
         return self.as_scene(more, WORDS)
+
+    @property
+    def contact_of(self) -> ContactTable | ConstantContact:
+        """k, D and H_V over pressure (Pa): those of the law, or of --contact as its table stands.
+
+        That table is taken as one of the tread's own rubber.
+        """
+        return self.law.contact_parameters if self.contact is None else self.law.given_table
 
     @property
     def temperatures(self) -> Sequence[float]:

@@ -217,7 +217,7 @@ def contact_of_case(case: WheelCase, length: float) -> SlidingContact:
     law = case.law
     if case.scene is None or (law.friction.law == "film" and law.film.voids == "stop"):
         ride = case.ride_at(case.speed, 0.0, length)
-        return FilmContact(ride, law.contact_parameters, case.tolerance)
+        return FilmContact(ride, case.contact_of, case.tolerance)
     tables = law.as_dict()
     here = scene_from_dict(tables | {"ice": tables["ice"] | {"temperature": case.temperature}})
     height, own = float(here.initial_height), law_of(here)
