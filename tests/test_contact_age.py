@@ -269,6 +269,44 @@ def test_a_table_says_its_modulus_or_the_scene_does(tmp_path):
     assert contact_age(scene(film={})) is None
 
 
+OWN = {"compound": None, "C10": 1.6e6, "C01": 1.0e6, "nu": 0.49, "prony": None, "modulus_is": None}
+SOFT = OWN | {"prony": [[0.3, "1 ms"], [0.2, "1 s"]]}
+
+
+def test_a_table_of_another_rubber_is_read_at_the_same_p_over_e(tmp_path):
+    """Without an age contact is old: at the long-term modulus, as the age is after a long time."""
+    surface = Path(__file__).parent.parent / "cases" / "surfaces" / "compound_B.csv"
+    table, film = read_contact_table(surface, "it"), {"contact": str(surface)}
+    stiff = scene(film=film, rubber=OWN).contact_parameters
+    for p in (2e4, 2e5):
+        at_p, like = stiff(p), table(p * 1.64e6 / (6.0 * 2.6e6))
+        np.testing.assert_allclose(at_p[:3], like[:3], rtol=1e-12)
+    for modulus_is, left in (("long-term", 1.0), ("instantaneous", 0.5)):
+        rubber = SOFT | {"modulus_is": modulus_is}
+        old = float(scene(film=film, rubber=rubber).contact_parameters(2e5).k)
+        assert old == pytest.approx(float(table(2e5 * 1.64e6 / (left * 6.0 * 2.6e6)).k), rel=1e-12)
+        age = contact_age(scene(film=film | AGED, rubber=rubber))
+        aged = age.under_constant(*(np.array([value]) for value in (2e5, 1e9, 269.15)))
+        assert old == pytest.approx(aged.k[0], rel=1e-9)
+    # A table that says nothing of its rubber stands, and so does that of a compound.
+    bare = tmp_path / "bare.csv"
+    bare.write_text("pressure_Pa,k,D_m,H_V_m\n1e5,0.3,3e-5,3e-6\n5e5,0.5,4e-5,1e-6\n")
+    assert scene(film={"contact": str(bare)}, rubber=OWN).contact_parameters(1e5).k == 0.3
+    said = {"contact": str(bare), "contact_modulus": "15.6 MPa"}
+    assert scene(film=said, rubber=OWN).contact_parameters(1e5).k == pytest.approx(0.3, rel=1e-9)
+    own = {"compound": "B", "prony": None, "modulus_is": None}
+    assert scene(film={}, rubber=own).contact_parameters == CONTACT_TABLES["B"]
+    assert scene(film=film, rubber=own).contact_parameters == table
+    scaled = [
+        row.value for row in describe(scene(film=film, rubber=OWN)) if "scaled" in row.quantity
+    ]
+    assert scaled == ["1.64 MPa to 15.6 MPa"]
+    assert not any("scaled" in row.quantity for row in describe(scene(film=film, rubber=own)))
+    both = {"contact": str(surface), "contact_modulus": "2 MPa"}
+    with pytest.raises(SceneError, match="given: both of the file's column"):
+        scene(film=both, rubber=OWN)
+
+
 def test_wrong_input_is_one_sentence(tmp_path):
     file = tmp_path / "t.csv"
     file.write_text("pressure_Pa,k,D_m,H_V_m\n1e5,0.3,3e-5,3e-6\n5e5,0.5,4e-5,1e-6\n")
@@ -278,7 +316,7 @@ def test_wrong_input_is_one_sentence(tmp_path):
         ({"film": AGED | constants}, "film.contact_age = true and film.k contradict"),
         ({"friction": {"law": "coulomb", "mu": 0.2}}, 'friction.law = "coulomb" contradict'),
         ({"film": AGED | {"contact": str(file)}}, "given: none of the file's column"),
-        ({"film": {"contact_modulus": 1e6}}, "only with film.contact_age"),
+        ({"film": {"contact_modulus": 1e6}}, "is that of film.contact, which is missing"),
         ({"film": AGED | {"contact_modulus": 1e6}}, "is that of film.contact, which is missing"),
         ({"rubber": {"heat": True}}, "rubber.heat = false"),
         ({"film": {"contact_age": "yes"}}, "film.contact_age"),

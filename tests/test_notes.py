@@ -56,6 +56,14 @@ def test_what_has_no_effect_is_said_in_one_line(changes, note):
     assert noted(*changes) == [note]
 
 
+def test_relaxation_at_a_point_needs_an_age():
+    soft = ['rubber.prony=[[0.5, "1 ms"]]', "rubber.modulus_is=long-term"]
+    said = "rubber.prony has no effect at a point without film.contact_age"
+    said += ": its contact is taken as old"
+    assert said in noted(*POINT, *soft)
+    assert said not in noted(*soft) + noted(*POINT, *soft, "film.contact_age=true")
+
+
 def test_lengths_beside_a_mesh_are_noted():
     (note,) = noted("rubber.length=3mm", "rubber.height=4mm", case="user_mesh")
     assert note.startswith("rubber.length and rubber.height have no effect on the shape")

@@ -11,7 +11,8 @@ from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.ride import Ride
 from iceslide_fem.preprocess.wheel.brush import Pattern, Rolling
 from iceslide_fem.preprocess.wheel.contact import FilmContact, LawContact
-from iceslide_fem.preprocess.wheel.friction import Tread, friction
+from iceslide_fem.preprocess.wheel.friction import friction
+from iceslide_fem.preprocess.wheel.tread import Tread
 from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.scene.contact_table import read_contact_table
 

@@ -165,10 +165,6 @@ def test_what_is_wrong_is_one_sentence_and_leaves_nothing(words, said, tmp_path,
 @pytest.mark.parametrize(
     ("tables", "said"),
     [
-        (
-            '[film]\ndry_stress = "0.45 MPa"\ninitial_height = 0\nrefreeze = "film"',
-            "film.refreeze",
-        ),
         ('depth = "5 mm"', "ice.depth"),
     ],
 )

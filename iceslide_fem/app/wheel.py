@@ -13,10 +13,10 @@ from iceslide_fem.app.tab import Tab, slider_of
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.reading import ReadFootprint, read_source
 from iceslide_fem.preprocess.wheel import friction
-from iceslide_fem.preprocess.wheel.block_shear import stiffness_of
 from iceslide_fem.preprocess.wheel.case import WheelCase
 from iceslide_fem.preprocess.wheel.friction import Curve
 from iceslide_fem.preprocess.wheel.output import summary
+from iceslide_fem.preprocess.wheel.tread import stiffness_of
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene.materials import BAR, COMPOUNDS
 
@@ -116,7 +116,7 @@ def computed(case: WheelCase, cells: int = CELLS) -> tuple[ReadFootprint, Curve]
     pixels = line.pressure.reshape(1, cells, -1)
     coarse = PressureMap(pixels.mean(axis=2), line.dx * pixels.shape[2], line.dy)
     quick = case.model_copy(update={"tolerance": TOLERANCE})
-    (curve,) = friction.curves(quick, coarse, stiffness_of(case, coarse).value)
+    (curve,) = friction.curves(quick, coarse, stiffness_of(case, coarse))
     return read._replace(pressure_map=coarse), curve
 
 

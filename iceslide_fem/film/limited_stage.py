@@ -28,6 +28,7 @@ from iceslide_fem.runtime.arrays import Array, Index, Mask
 # Largest height, over s, that may freeze completely in one stage. A thicker film would lose water,
 # because ln(h + s) is not linear in h.
 THIN = 0.05
+FURTHEST = 40.0  # change of ln h in a stage above which none is found
 
 
 class LimitedHeight(NamedTuple):
@@ -204,7 +205,8 @@ def freezing_stage(
     )  # fmt: skip
     equation = LimitedHeight(*(np.broadcast_to(part, log_height.shape) for part in parts))
     y, _ = log_height_of(equation, near, close)
-    y = np.where(equation.slope(y) > 0.0, y, np.nan)
+    found = (y > log_height - FURTHEST) & (equation.slope(np.maximum(y, log_height - FURTHEST)) > 0.0)
+    y = np.where(found, y, np.nan)
     h = np.exp(y)
     q_f = power / h
     melting = np.asarray(phase.films | (q_f > ice.melted_flux))

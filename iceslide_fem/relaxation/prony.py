@@ -36,10 +36,13 @@ class Creep:
 
 @dataclass(frozen=True)
 class Prony:
-    """g_i and tau_i (s) of (1), sorted by tau_i; all g_i > 0, and their sum is less than 1."""
+    """g_i and tau_i (s) of (1), sorted by tau_i; all g_i > 0, and their sum is less than 1.
 
-    fractions: tuple[float, ...]
-    times: tuple[float, ...]
+    Elastic rubber has none.
+    """
+
+    fractions: tuple[float, ...] = ()
+    times: tuple[float, ...] = ()
 
     @property
     def long_term(self) -> float:
@@ -55,6 +58,22 @@ class Prony:
         """(E' + i E'') / E_0 at angular frequencies (rad/s, any shape)."""
         turned = 1j * np.asarray(frequency, dtype=float)[..., None] * np.array(self.times)
         return np.asarray(self.long_term + (turned / (1.0 + turned)) @ np.array(self.fractions))
+
+    def slowed(self, factor: float) -> Prony:
+        """The series with all times longer by `factor`, such as a_T."""
+        return Prony(self.fractions, tuple(factor * time for time in self.times))
+
+    def in_series(self, ratio: float) -> Prony:
+        """The series of this rubber in series with a spring of E_0 / `ratio`.
+
+        Compliances add: the modulus E / (1 + ratio E / E_0) of (1), of which E_0 / (1 + ratio) is
+        instantaneous. With the creep series J_i, lambda_i of E + E_0 / ratio it has the fractions
+        J_i / ratio and the times lambda_i.
+        """
+        if not self.fractions:
+            return self
+        stiffer = Prony(tuple(g * ratio / (1.0 + ratio) for g in self.fractions), self.times)
+        return Prony(tuple(J / ratio for J in stiffer.creep.fractions), stiffer.creep.times)
 
     @cached_property
     def creep(self) -> Creep:

@@ -33,7 +33,7 @@ NOT_OF_A_POINT = (
     "numerics.time_limit"
 ).split()
 
-
+RELAXES = ["rubber.prony", "rubber.dma"]
 OF_THE_FILM = (
     "film.pressure film.k film.contact film.initial_height film.water_speed "
     "water.viscosity numerics.shear_ramp_pressure"
@@ -58,6 +58,8 @@ def _unused(scene: Scene) -> list[str]:
         used = {"film.water_speed"} if scene.rubber.rows > 1 else set()
         used |= {"rubber.sipes"} if scene.film.voids == "carry" else set()  # ends of the lug
         reasons['with model = "point"'] = [key for key in NOT_OF_A_POINT if key not in used]
+        if not scene.film.contact_age:
+            reasons["at a point without film.contact_age: its contact is taken as old"] = RELAXES
     else:
         if not sliding:
             of_sliding = ["ice.cell", "ice.trail", "film.carrier", "film.water_speed"]

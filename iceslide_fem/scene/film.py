@@ -146,7 +146,7 @@ class Film(Table):
     contact: InputFile | None = key(
         None,
         "Path of a table of k, D and H_V over pressure, instead of the compound's. Relative to "
-        "the scene file.",
+        "the scene file. If it states its rubber's modulus, it is scaled to this rubber's.",
     )
     contact_age: StrictBool = key(
         False, "k, D and H_V follow the age of the contact, by the creep of `rubber.prony`."
@@ -154,7 +154,7 @@ class Film(Table):
     contact_modulus: Annotated[float, Quantity("Pa", "1 kPa", "100 GPa")] | None = key(
         None,
         "Young's modulus of the rubber of `film.contact`, if its file has no column "
-        "`youngs_modulus_Pa`. With `film.contact_age`.",
+        "`youngs_modulus_Pa`.",
     )
     initial_height: Annotated[Any, HEIGHT] = key(
         70e-9,
@@ -220,13 +220,7 @@ class Film(Table):
         return self
 
     @model_validator(mode="after")
-    def _contact_may_age(self) -> Self:
-        if self.contact_modulus is not None and not self.contact_age:
-            raise ValueError(
-                "film.contact_modulus has a meaning only with film.contact_age = true; leave it out"
-            )
-        if not self.contact_age:
-            return self
+    def _contact_has_one_modulus(self) -> Self:
         if self.contact is None:
             if self.contact_modulus is not None:
                 raise ValueError(
@@ -235,11 +229,15 @@ class Film(Table):
                 )
             return self
         given = read_contact_table(self.contact, "film.contact").youngs_modulus
-        if (given is None) == (self.contact_modulus is None):
-            what = "none" if given is None else "both"
+        if given is not None and self.contact_modulus is not None:
+            raise ValueError(
+                "film.contact has one Young's modulus of its rubber; given: both of the file's "
+                "column youngs_modulus_Pa and film.contact_modulus"
+            )
+        if self.contact_age and given is None and self.contact_modulus is None:
             raise ValueError(
                 "film.contact_age needs one Young's modulus of the rubber that film.contact is of; "
-                f"given: {what} of the file's column youngs_modulus_Pa and film.contact_modulus"
+                "given: none of the file's column youngs_modulus_Pa and film.contact_modulus"
             )
         return self
 

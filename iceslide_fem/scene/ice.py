@@ -191,7 +191,12 @@ class Ice(Table):
     @property
     def is_wet(self) -> bool:
         """Whether there is water on the ice."""
-        return isinstance(self.water, tuple) or self.water > 0.0
+        return self.water_has_rows or self.water > 0.0
+
+    @property
+    def water_has_rows(self) -> bool:
+        """Whether the height of the water depends on the place."""
+        return isinstance(self.water, tuple)
 
     def water_at(self, x: Array) -> Array:
         """Water (m) at positions `x` (m) on the ice, any shape; constant beyond the rows."""

@@ -16,7 +16,13 @@ from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.curve import Curve
 from iceslide_fem.scene.contact_table import ConstantContact, ContactTable, read_contact_table
 from iceslide_fem.scene.fields import html_table
-from iceslide_fem.scene.materials import BAR, COMPOUNDS, CONTACT_TABLES, MooneyRivlin
+from iceslide_fem.scene.materials import (
+    BAR,
+    COMPOUNDS,
+    CONTACT_TABLES,
+    YOUNGS_MODULUS,
+    MooneyRivlin,
+)
 from iceslide_fem.scene.rubber import check_bulk
 from iceslide_fem.scene.tables import Tables, check_contradictions
 
@@ -76,6 +82,15 @@ class Scene(Tables):
 
         For viscoelastic rubber C10 and C01 are instantaneous.
         """
+        return self._at_modulus("instantaneous")
+
+    @property
+    def long_term(self) -> MooneyRivlin:
+        """The same, but C10 and C01 of viscoelastic rubber are long-term."""
+        return self._at_modulus("long-term")
+
+    def _at_modulus(self, wanted: str) -> MooneyRivlin:
+        """Constants at the "instantaneous" or the "long-term" modulus."""
         rubber = self.rubber
         if rubber.compound is not None:
             C10, C01, D1 = astuple(COMPOUNDS[rubber.compound])
@@ -86,37 +101,54 @@ class Scene(Tables):
             D1 = MooneyRivlin.from_nu(C10, C01, rubber.nu).D1
         given = MooneyRivlin(C10, C01, D1 if rubber.D1 is None else rubber.D1)
         relaxation = rubber.relaxation
-        if relaxation is None or rubber.modulus_is == "instantaneous":
+        if relaxation is None or rubber.modulus_is == wanted:
             return given
-        return given.stiffer(1.0 / relaxation.prony.long_term)
+        left = relaxation.prony.long_term
+        return given.stiffer(left if wanted == "long-term" else 1.0 / left)
+
+    @property
+    def contact_modulus(self) -> float:
+        """Young's modulus (Pa) of the rubber in contact with the ice, 3 G.
+
+        With `film.contact_age` it is that of fresh contact, instantaneous. Without an age contact
+        is old, and the modulus long-term; a compound has the one that is published.
+        """
+        if self.film.contact_age:
+            return 3.0 * self.mooney_rivlin.shear_modulus
+        if self.rubber.compound is not None:
+            return YOUNGS_MODULUS[self.rubber.compound]
+        return 3.0 * self.long_term.shear_modulus
 
     @property
     def contact_parameters(self) -> ContactTable | ConstantContact:
-        """k, D and H_V over pressure (Pa): the film's constants or table, or the compound's.
+        """k, D and H_V over pressure (Pa): the film's constants, or those of `touching_table`.
 
-        With `film.contact_age` they are those of fresh contact, at the instantaneous modulus. Only
-        the film law needs them; other laws may have none.
+        Only the film law needs them; other laws may have none.
         """
         film = self.film
-        if film.contact_age:
-            return self.touching_table
-        if film.contact is not None:
-            return read_contact_table(film.contact, "film.contact")
         if film.k is not None and film.D is not None and film.H_V is not None:
             return ConstantContact(film.k, film.D, film.H_V)
-        assert self.rubber.compound is not None  # by Scene's validation
-        return CONTACT_TABLES[self.rubber.compound]
+        return self.touching_table
+
+    @property
+    def given_table(self) -> ContactTable:
+        """k, D and H_V over pressure (Pa) as the film's table or the compound's has them, with the
+        modulus of its rubber if that is known.
+        """
+        film = self.film
+        if film.contact is None:
+            assert self.rubber.compound is not None  # by Scene's validation
+            return CONTACT_TABLES[self.rubber.compound]
+        table = read_contact_table(film.contact, "film.contact")
+        return replace(table, youngs_modulus=table.youngs_modulus or film.contact_modulus)
 
     @property
     def touching_table(self) -> ContactTable:
-        """k, D and H_V over pressure (Pa) for rubber at its instantaneous modulus, 3 G."""
-        film, modulus = self.film, 3.0 * self.mooney_rivlin.shear_modulus
-        if film.contact is None:
-            assert self.rubber.compound is not None  # by Scene's validation
-            return CONTACT_TABLES[self.rubber.compound].at_modulus(modulus)
-        table = read_contact_table(film.contact, "film.contact")
-        given = table.youngs_modulus or film.contact_modulus
-        return replace(table, youngs_modulus=given).at_modulus(modulus)
+        """`given_table` at `contact_modulus`; as it stands if its rubber's modulus is unknown."""
+        table, modulus = self.given_table, self.contact_modulus
+        if table.youngs_modulus in (None, modulus):
+            return table
+        return table.at_modulus(modulus)
 
     def outside_table(self) -> str | None:
         """A message if the nominal pressure is outside the table of k, D, H_V, else None."""

@@ -17,9 +17,9 @@ from iceslide_fem.preprocess.footprint.ride import Ride
 from iceslide_fem.preprocess.wheel.braking import compare_controls
 from iceslide_fem.preprocess.wheel.charts import charts_of_stops
 from iceslide_fem.preprocess.wheel.contact import FilmContact
-from iceslide_fem.preprocess.wheel.friction import Tread
 from iceslide_fem.preprocess.wheel.output import stop_columns
 from iceslide_fem.preprocess.wheel.slip_table import KMH, SLIPS, SPEEDS, SlipTable, slip_table
+from iceslide_fem.preprocess.wheel.tread import Tread
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene.materials import BAR, CONTACT_TABLES
 from scripts.studies.common import draw, options, picture_options, table

@@ -14,6 +14,7 @@ from iceslide_fem.preprocess.footprint.reading import read_footprint
 from iceslide_fem.preprocess.footprint.survey import summary, survey
 from iceslide_fem.preprocess.wheel.case import WheelCase
 from iceslide_fem.preprocess.wheel.friction import Curve, curves
+from iceslide_fem.preprocess.wheel.tread import stiffness_of
 from scripts.studies.common import ROOT, options, table
 
 GIVEN = {
@@ -47,8 +48,7 @@ def wheel(more: dict[str, str], slips: str) -> Curve:
     """mu over slip."""
     case = WheelCase.of(GIVEN | {"slip": slips, "stiffness": STIFFNESS} | more)
     read = read_footprint(FootprintCase.of(GIVEN))
-    assert case.stiffness is not None
-    (curve,) = curves(case, read.pressure_map, case.stiffness.value)
+    (curve,) = curves(case, read.pressure_map, stiffness_of(case, read.pressure_map))
     return curve
 
 

@@ -20,7 +20,8 @@ from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.wheel.block_shear import block_stiffness
 from iceslide_fem.preprocess.wheel.brush import Ends, Pattern, Rolling, ends_of, tractions
 from iceslide_fem.preprocess.wheel.contact import FilmContact
-from iceslide_fem.preprocess.wheel.friction import Tread, friction
+from iceslide_fem.preprocess.wheel.friction import friction
+from iceslide_fem.preprocess.wheel.tread import Tread
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene.materials import BAR, COMPOUNDS
@@ -95,7 +96,7 @@ def exact_brushes(cells: int) -> None:
 def film_contact(speed: float = SPEED, temperature: float = COLD, **keys: object) -> FilmContact:
     """The film law on the surface found for compound B, or with other options of the film."""
     given = FilmOptions.of({"contact": SURFACE, "temperature": temperature, **keys})
-    return FilmContact(given.ride_at(speed, 0.0), given.law.contact_parameters, given.tolerance)
+    return FilmContact(given.ride_at(speed, 0.0), given.contact_of, given.tolerance)
 
 
 def patch(pressure: float, cells: int, lines: int = 1) -> PressureMap:

@@ -14,6 +14,7 @@ from pydantic_core import PydanticCustomError
 from iceslide_fem.film.contact_age import contact_age
 from iceslide_fem.film.shear_strength import shear_strength
 from iceslide_fem.preprocess.footprint.ride import Ride
+from iceslide_fem.preprocess.footprint.scene_keys import OF_AGE, dropped
 from iceslide_fem.preprocess.footprint.source_options import Length
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import Scene, load_scene
@@ -25,6 +26,7 @@ from iceslide_fem.scene.command_options import (
     option,
     scene_option,
 )
+from iceslide_fem.scene.contact_table import ConstantContact, ContactTable
 from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.materials import CONTACT_TABLES
 from iceslide_fem.scene.rules import TOGETHER, Is, Rule
@@ -37,11 +39,6 @@ POINT = {
     "load.pressure": 1e5,
     "load.speed": 1.0,
     "load.duration": 1e-3,
-}
-# What is taken of a scene whose contact ages.
-OF_AGE = {
-    "rubber": "compound C10 C01 D1 nu prony dma wlf shift_factors modulus_is".split(),
-    "film": "contact contact_age contact_modulus".split(),
 }
 WORDS = {
     'film.voids = "carry"': "--water",
@@ -76,7 +73,10 @@ class FilmOptions(CommandOptions):
     compound: Annotated[str, AfterValidator(_with_contact)] = scene_option(
         "rubber.compound", metavar="NAME", default="B"
     )
-    contact: InputFile | None = scene_option("film.contact", metavar="CSV")
+    contact: InputFile | None = scene_option(
+        "film.contact", metavar="CSV",
+        text="Table of k, D and H_V over pressure, instead of the compound's, as it stands.",
+    )  # fmt: skip
     contact_age: InputFile | None = option(
         None, "Whose contact ages: its k, D and H_V, instead of the compound's.", "SCENE"
     )
@@ -125,13 +125,34 @@ class FilmOptions(CommandOptions):
                     "one with film.contact_age = true"
                 )
             tables = aged.as_dict()
-            more |= {f"{name}.{key}": tables[name][key] for name in OF_AGE for key in OF_AGE[name]}
+            more |= {key: tables[table][name] for key in OF_AGE for table, name in [key.split(".")]}
         return self.as_scene(more, WORDS)
+
+    @property
+    def contact_of(self) -> ContactTable | ConstantContact:
+        """k, D and H_V over pressure (Pa): those of the law, or of --contact as its table stands.
+
+        That table is taken as one of the tread's own rubber.
+        """
+        return self.law.contact_parameters if self.contact is None else self.law.given_table
 
     @property
     def temperatures(self) -> Sequence[float]:
         """All temperatures (K) of the ice that are computed."""
         return (self.temperature,)
+
+    @property
+    def scene_notes(self) -> list[str]:
+        """What is not taken of the scene of --contact-age, though it would change mu."""
+        if self.contact_age is None:
+            return []
+        others = dropped(load_scene(self.contact_age), self.law)
+        if not others:
+            return []
+        return [
+            f"of --contact-age {self.contact_age} the rubber and its contact are taken; not taken, "
+            f"and different in this scene: {', '.join(others)}"
+        ]
 
     @property
     def rubs_without_melting(self) -> bool:

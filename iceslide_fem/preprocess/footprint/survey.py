@@ -71,14 +71,14 @@ class Survey(NamedTuple):
         wet = self.case.ride(footprint.contact_length).wet
         if wet is None:
             return None
-        contact_of = self.case.law.contact_parameters
+        contact_of = self.case.contact_of
         return wet.borne(footprint.pressure, self.film.squeezed, contact_of)
 
     @property
     def outside(self) -> Mask:
         """Pixels in contact with a pressure outside the table of k, D and H_V, (ny, nx)."""
         footprint = self.read.pressure_map
-        return footprint.contact & self.case.law.contact_parameters.outside(footprint.pressure)
+        return footprint.contact & self.case.contact_of.outside(footprint.pressure)
 
     @property
     def state(self) -> States:
@@ -105,7 +105,7 @@ def survey(
     film = film_map(
         replace(footprint, pressure=pressure),
         ride._replace(temperature=below, initial_height=case.law.height_on(below)),
-        case.law.contact_parameters,
+        case.contact_of,
         case.tolerance,
         tell=tell,
     )
@@ -186,6 +186,7 @@ def summary(result: Survey) -> dict[str, Any]:
     largest = float(mu[~outside].max(initial=result.mu_mean))
     warnings = [
         *read.notes,
+        *case.scene_notes,
         *doubts(float(film.height[contact].min()), largest, melting, case.rubs_without_melting),
         *_outside(float(outside.mean()), friction_outside),
     ]

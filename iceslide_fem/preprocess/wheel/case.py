@@ -10,15 +10,18 @@ from typing import Annotated, Self
 from pydantic import ConfigDict, StrictBool, model_validator
 
 from iceslide_fem.preprocess.footprint.film_options import FilmOptions
+from iceslide_fem.preprocess.footprint.scene_keys import refused
 from iceslide_fem.preprocess.footprint.source_options import Length, SourceOptions
 from iceslide_fem.preprocess.wheel.brush import Pattern, Rolling
 from iceslide_fem.preprocess.wheel.option_values import (
+    RANGES,
     SPEED,
     Slips,
     StiffnessText,
     Varied,
 )
 from iceslide_fem.preprocess.wheel.quarter_car import GRAVITY, QuarterCar
+from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import Scene, load_scene
 from iceslide_fem.scene.command_options import Number, given, option, option_name, option_names
@@ -66,8 +69,13 @@ class WheelCase(SourceOptions, FilmOptions):
         "KEY=V,V",
     )  # fmt: skip
     stiffness: StiffnessText = option(
-        None, "Shear stiffness of the tread: of a patch, or per area.", "auto|N/M2|PA/M", "auto"
-    )
+        None, "Shear stiffness of the tread: of a patch, or per area. A number does not relax.",
+        "auto|N/M2|PA/M", "auto",
+    )  # fmt: skip
+    carcass: Annotated[float, Quantity("Pa/m", *RANGES["Pa/m"]), Number] | None = option(
+        None, "Shear stiffness of the carcass in series with the tread: 60MPa/m.", "PA/M",
+        "rigid",
+    )  # fmt: skip
     tread_height: Length = option(8e-3, "Height of tread or blocks.")
     pitch: Length | None = option(None, "Of blocks along the wheel, edge to edge: 28mm.")
     groove: Annotated[float, Quantity("m", "0.1 mm", "1 m"), Number] | None = option(
@@ -138,8 +146,16 @@ class WheelCase(SourceOptions, FilmOptions):
 
     @cached_property
     def law(self) -> Scene:
-        """The scene of --scene, or of the options. Raises SceneError."""
-        return super().law if self.scene is None else load_scene(self.scene)
+        """The scene of --scene, or of the options.
+
+        Raises SceneError, also if the scene has physics that a wheel does not have.
+        """
+        if self.scene is None:
+            return super().law
+        scene = load_scene(self.scene)
+        if fault := refused(scene):
+            raise SceneError(f"--scene {self.scene}: {fault}")
+        return scene
 
     @property
     def temperatures(self) -> Sequence[float]:

@@ -13,14 +13,14 @@ import pandas as pd
 from iceslide_fem.postprocess.report.page import Cell, Chart, Table
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.reading import ReadFootprint, read_source
-from iceslide_fem.preprocess.wheel.block_shear import TreadStiffness, stiffness_of
 from iceslide_fem.preprocess.wheel.braking import Stop, compare_controls
 from iceslide_fem.preprocess.wheel.case import WheelCase
 from iceslide_fem.preprocess.wheel.charts import charts_of
 from iceslide_fem.preprocess.wheel.contact import contact_of_case
-from iceslide_fem.preprocess.wheel.friction import Curve, Tread, curves
+from iceslide_fem.preprocess.wheel.friction import Curve, curves
 from iceslide_fem.preprocess.wheel.output import columns, stop_columns, stop_figures, summary
 from iceslide_fem.preprocess.wheel.slip_table import axes_of_a_stop, slip_table
+from iceslide_fem.preprocess.wheel.tread import TreadStiffness, stiffness_of
 from iceslide_fem.preprocess.work import Preprocessor, Words, csv_text
 from iceslide_fem.runtime.files import replace_file
 from iceslide_fem.runtime.terminal import LongTask
@@ -33,11 +33,12 @@ ABOUT_ERROR = (
     "the peak is one of those that were asked for."
 )
 LEFT_OUT = (
-    "The brush: no carcass, no camber, no relaxation length, one sliding velocity over the whole "
+    "The brush: no camber, no relaxation length, one sliding velocity over the whole "
     "patch, pressures that slip does not change. What slides does so with the speed of the wheel: "
     "a bristle in series with a film that melts has no motion of its own "
     "(docs/explanation/wheel.md)."
 )
+NO_CARCASS = " The carcass does not give way."
 MEMBER_HEAD = (
     "speed (km/h)", "ice (°C)", "peak mu", "at slip", "locked mu", "peak / locked", "slope at 0"
 )  # fmt: skip
@@ -63,22 +64,23 @@ def compute(case: WheelCase) -> Wheel:
         found = curves(
             case,
             read.pressure_map,
-            stiffness.value,
+            stiffness,
             lambda part: shown.show(part, f"{part:.0%} of the slip ratios"),
         )
-        stops = stops_of(case, read.pressure_map, stiffness.value) if case.abs else {}
+        stops = stops_of(case, read.pressure_map, stiffness) if case.abs else {}
     return Wheel(read, stiffness, found, stops)
 
 
-def stops_of(case: WheelCase, footprint: PressureMap, stiffness: float) -> dict[str, Stop]:
-    """Stops by name of the brake control, with a tread `stiffness` (Pa/m).
+def stops_of(case: WheelCase, footprint: PressureMap, stiffness: TreadStiffness) -> dict[str, Stop]:
+    """Stops by name of the brake control, with the `stiffness` of the tread.
 
     Raises SimulationStopped if a step fails.
     """
     axes = axes_of_a_stop(case.speed, case.end_speed)
     some = replace(footprint, pressure=footprint.sample(LINES))
-    tread = Tread(stiffness, case.pattern)
-    contact = contact_of_case(case.members[0], footprint.contact_length)
+    (member,) = case.members
+    tread = stiffness.tread(case.pattern, member.temperature)
+    contact = contact_of_case(member, footprint.contact_length)
     table = slip_table(some, *axes, tread, contact)
     return compare_controls(table, case.speed, case.end_speed, case.car(footprint.load))
 
@@ -125,7 +127,7 @@ def words(figures: Mapping[str, Any]) -> Words:
         title=f"{Path(figures['source']).stem}: a wheel on ice",
         summary=_summary(figures["case"], figures["curves"]),
         lines=_lines(figures),
-        left_out=LEFT_OUT,
+        left_out=LEFT_OUT + NO_CARCASS * (figures["case"]["carcass"] is None),
         tables=[*tables, *([Table("A quarter car brakes", STOP_HEAD, stops)] if stops else [])],
         remarks=[ABOUT_ERROR.format(figures["case"]["tolerance"])],
     )
@@ -146,6 +148,17 @@ def _summary(case: Mapping[str, Any], members: Sequence[Mapping[str, Any]]) -> s
 def _lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
     wheel = figures["wheel"]
     mass = [("mass of the quarter car", f"{wheel['mass_kg']:.4g} kg")] if "mass_kg" in wheel else []
+    carcass = [
+        ("of the carcass in series", f"{value:.4g} Pa/m")
+        for value in (figures["case"]["carcass"],)
+        if value is not None
+    ]
+    over = [
+        (f"of both over the patch, {speed} km/h, {celsius} °C", f"{value:.4g} Pa/m")
+        for member in figures["curves"]
+        if (value := member.get("patch_stiffness_Pa_per_m")) is not None
+        for speed, celsius, *_ in (member_cells(member),)
+    ]
     return [
         ("contact length", f"{1e3 * wheel['contact_length_m']:.4g} mm"),
         ("load", f"{wheel['load_N']:.5g} N" + " per metre of width" * wheel["one_line"]),
@@ -153,6 +166,8 @@ def _lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("mean pressure", f"{wheel['mean_pressure_Pa'] / BAR:.4g} bar"),
         ("shear stiffness of the tread", f"{wheel['stiffness_Pa_per_m']:.4g} Pa/m"),
         ("which is from", wheel["stiffness_from"]),
+        *carcass,
+        *over,
         ("seconds", f"{figures['wall_s']:.1f}"),
     ]
 

@@ -23,7 +23,7 @@ from iceslide_fem.preprocess.wheel.brush import Ends, ends_of
 from iceslide_fem.preprocess.wheel.case import WheelCase
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.runtime.errors import NotConverged, SceneError, SimulationStopped
-from iceslide_fem.scene import Scene, scene_from_dict
+from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.scene.contact_table import ConstantContact, ContactTable
 from iceslide_fem.scene.materials import ICE, Solid
 
@@ -212,26 +212,18 @@ class LawContact:
 def contact_of_case(case: WheelCase, length: float) -> SlidingContact:
     """Sliding contact of one member of a family; length: of the footprint, m.
 
-    Raises SceneError if the scene's law needs features that a wheel does not have.
+    Raises SceneError if a law in a file needs what a wheel does not have.
     """
     law = case.law
     if case.scene is None or (law.friction.law == "film" and law.film.voids == "stop"):
-        _check_film(law, str(case.scene))
         ride = case.ride_at(case.speed, 0.0, length)
-        return FilmContact(ride, law.contact_parameters, case.tolerance)
+        return FilmContact(ride, case.contact_of, case.tolerance)
     tables = law.as_dict()
     here = scene_from_dict(tables | {"ice": tables["ice"] | {"temperature": case.temperature}})
-    height = float(here.initial_height)
-    return LawContact(law_of(here), case.temperature, here.ice.solid, height, case.tolerance)
-
-
-def _check_film(scene: Scene, said: str) -> None:
-    """Raise SceneError if the film law of a scene, `said` in words, is not that of a wheel."""
-    for unfit, key, allowed in (
-        (scene.ice.depth is not None, "ice.depth", "ice as deep as heat reaches"),
-        (scene.ice.mesh is not None, "ice.mesh", "ice as deep as heat reaches"),
-    ):
-        if unfit:
-            raise SceneError(
-                f"{key} of --scene {said} is not computed below a wheel; allowed: {allowed}"
-            )
+    height, own = float(here.initial_height), law_of(here)
+    if own.internal_at_start and own.frame("ice") == "rubber":
+        raise SceneError(
+            f'the friction law {own.name} has carrier = "rubber", and below a wheel the history of '
+            'a law stays on the ice; allowed: carrier = "ice"'
+        )
+    return LawContact(own, case.temperature, here.ice.solid, height, case.tolerance)

@@ -9,21 +9,22 @@ import numpy as np
 
 from iceslide_fem.film.doubts import MOST
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
-from iceslide_fem.preprocess.wheel.brush import Ends, Pattern, Rolling, Traction, ends_of, tractions
+from iceslide_fem.preprocess.wheel.brush import (
+    Ends,
+    Memory,
+    Rolling,
+    Traction,
+    ends_of,
+    tractions,
+)
 from iceslide_fem.preprocess.wheel.case import WheelCase
 from iceslide_fem.preprocess.wheel.contact import SLOWEST, Slid, SlidingContact, contact_of_case
+from iceslide_fem.preprocess.wheel.tread import Tread, TreadStiffness
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 
 PASSES = 20  # iterations of sliding area and friction, until no more area starts to slide
-
-
-class Tread(NamedTuple):
-    """Shear stiffness c of the tread (Pa/m), and its pattern, or None."""
-
-    stiffness: float
-    pattern: Pattern | None = None
 
 
 class SlipPoint(NamedTuple):
@@ -64,12 +65,14 @@ def friction(
         for one in rolls
     ]
     lines = len(seen[0])
-    rise, speed = (
+    rise, speed, passing_of_tread = (
         np.repeat([getattr(one, name) for one in rolls], lines)
-        for name in ("stretch", "sliding_speed")
+        for name in ("stretch", "sliding_speed", "passing")
     )
+    with np.errstate(divide="ignore"):
+        memory = tread.memory(dx / passing_of_tread)
     traction, slid = _brush(
-        np.concatenate(seen), dx, passing, tread.stiffness * dx * rise, speed, contact
+        np.concatenate(seen), dx, passing, tread.stiffness * dx * rise, speed, contact, memory
     )
 
     def of(number: int) -> SlipPoint:
@@ -115,6 +118,7 @@ def _brush(
     rise: Array,
     speed: Array,
     contact: SlidingContact,
+    memory: Memory,
 ) -> tuple[Traction, Slid]:
     """Bristle stress and sliding contact of lines (n, nx), leading edge first.
 
@@ -127,11 +131,11 @@ def _brush(
     begins = Ends(*(contact.fresh(end, speed) for end in at_ends))
     at_rest = (contact.fresh(end, np.full_like(speed, SLOWEST)) for end in at_ends)
     static = Ends(*(np.maximum(one, other) for one, other in zip(begins, at_rest, strict=True)))
-    slides = tractions(rise, touching, static, begins).sliding > 0.0
+    slides = tractions(rise, touching, static, begins, memory).sliding > 0.0
     for _ in range(PASSES):
         slid = contact.slid(np.where(slides, pressure, 0.0), dx, passing, speed)
         sliding = Ends(*(np.where(slides, *pair) for pair in zip(slid.stress, begins, strict=True)))
-        traction = tractions(rise, touching, static, sliding)
+        traction = tractions(rise, touching, static, sliding, memory)
         more = (traction.sliding > 0.0) & ~slides
         if not more.any():
             return traction, slid
@@ -149,13 +153,15 @@ class Curve(NamedTuple):
     """Friction of one wheel over its slip ratios, ascending.
 
     speed: of the vehicle, m/s; temperature: of the ice, K; slope: dmu/dS at S = 0, from mu at the
-    slip ratio 1e-4.
+    slip ratio 1e-4; stiffness: stress over stretch, with the carcass, of a bristle that sticks to
+    the end of the patch and rolls freely, Pa/m.
     """
 
     speed: float
     temperature: float
     points: list[SlipPoint]
     slope: float
+    stiffness: float
 
     @property
     def peak(self) -> SlipPoint | None:
@@ -186,29 +192,34 @@ class Curve(NamedTuple):
 def curves(
     case: WheelCase,
     footprint: PressureMap,
-    stiffness: float,
+    stiffness: TreadStiffness,
     tell: Callable[[float], None] = lambda fraction: None,
 ) -> list[Curve]:
-    """Every member of the family on `footprint`; stiffness: c of the tread (Pa/m).
+    """Every member of the family on `footprint`; stiffness: of the tread.
 
-    tell: called with the finished fraction. Raises SceneError, before computing, if a law does not
-    fit a wheel, and SimulationStopped if a step fails.
+    tell: called with the finished fraction. Raises SceneError, before computing, if a law or the
+    tread's rubber does not fit a wheel, and SimulationStopped if a step fails.
     """
-    contacts = [
-        (member, contact_of_case(member, footprint.contact_length)) for member in case.members
+    members = [
+        (
+            member,
+            contact_of_case(member, footprint.contact_length),
+            stiffness.tread(case.pattern, member.temperature),
+        )
+        for member in case.members
     ]
-    tread = Tread(stiffness, case.pattern)
-    phases = 1 if tread.pattern is None else tread.pattern.phases
+    phases = 1 if case.pattern is None else case.pattern.phases
     together = max(1, TOGETHER // (phases * footprint.pressure.size))
     slips = np.array([*case.slip, SMALL])
     parts = np.array_split(slips, -(-slips.size // together))
     found = []
-    for number, (member, contact) in enumerate(contacts):
+    for number, (member, contact, tread) in enumerate(members):
         points: list[SlipPoint] = []
         for part in parts:
             rolls = [member.rolling(float(slip)) for slip in part]
             points += friction(footprint, rolls, tread, contact)
-            tell((number + len(points) / slips.size) / len(contacts))
+            tell((number + len(points) / slips.size) / len(members))
         *asked, small = points
-        found.append(Curve(member.speed, member.temperature, asked, small.mu / SMALL))
+        over = tread.after(footprint.contact_length / member.speed)
+        found.append(Curve(member.speed, member.temperature, asked, small.mu / SMALL, over))
     return found

@@ -9,10 +9,10 @@ import numpy as np
 
 from iceslide_fem.film.doubts import WITHOUT_MELTING, doubts
 from iceslide_fem.preprocess.footprint.reading import ReadFootprint
-from iceslide_fem.preprocess.wheel.block_shear import TreadStiffness
 from iceslide_fem.preprocess.wheel.braking import Stop
 from iceslide_fem.preprocess.wheel.case import WheelCase
 from iceslide_fem.preprocess.wheel.friction import Curve, SlipPoint
+from iceslide_fem.preprocess.wheel.tread import TreadStiffness
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 
@@ -87,7 +87,11 @@ def summary(
 ) -> dict[str, Any]:
     """All figures, for summary.json; SI units as in the names."""
     footprint = read.pressure_map
-    members = [_member(curve) for curve in found]
+    elastic = stiffness.relaxation is None and stiffness.carcass is None
+    members = [
+        _member(curve) | ({} if elastic else {"patch_stiffness_Pa_per_m": curve.stiffness})
+        for curve in found
+    ]
     return {
         "wheel": {
             "contact_length_m": footprint.contact_length,
@@ -103,7 +107,7 @@ def summary(
         },
         "curves": members,
         "source": str(case.source),
-        "warnings": [*read.notes, *_warnings(case, found)],
+        "warnings": [*read.notes, *case.scene_notes, *_warnings(case, found)],
     }
 
 

@@ -12,7 +12,8 @@ import numpy as np
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.wheel.brush import Rolling
 from iceslide_fem.preprocess.wheel.contact import SlidingContact
-from iceslide_fem.preprocess.wheel.friction import Tread, friction
+from iceslide_fem.preprocess.wheel.friction import friction
+from iceslide_fem.preprocess.wheel.tread import Tread
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 

@@ -179,8 +179,21 @@ def _table(scene: Scene, size: tuple[float, ...], mu: float) -> list[Row]:
     about = "about: flattened by p / E, tilted by 3 μ H / L with μ at t = 0"
     return [
         Row("film", "k, D, H_V", span, f"{table.source}: {covers}"),
+        *_scaled(scene),
         Row("film", "load within the table", within, about),
     ]
+
+
+def _scaled(scene: Scene) -> list[Row]:
+    """The moduli between which the table of k, D and H_V is scaled; empty if it stands."""
+    table, modulus = scene.given_table.youngs_modulus, scene.contact_modulus
+    if table in (None, modulus):
+        return []
+    which = "E, long-term if rubber relaxes; k, D and H_V depend on p / E"
+    if scene.film.contact_age:
+        which = "E_0, of fresh contact; k, D and H_V depend on p / E"
+    rubber = f"{readable(table, 'Pa')} to {readable(modulus, 'Pa')}"
+    return [Row("film", "table scaled from", rubber, which)]
 
 
 def covered_load(table: ContactTable, pressure: float, tilt: float) -> float:
