@@ -17,6 +17,10 @@ ROWS = "[['0 ms', '1 bar'], ['1 ms', '2 bar']]"
 RELAXES = "rubber.prony=[[0.3, 1e-3]]", "rubber.modulus_is=long-term"
 OUTLINE = "x_m,y_m,ring\n-1e-3,-1e-3,1\n1e-3,-1e-3,1\n1e-3,1e-3,1\n-1e-3,1e-3,1\n"
 BASE = ("model=slice", "ice.heat=column")
+FREEZES = (
+    "film.refreeze=film", "film.dry_stress=2bar", "film.dry_softening=10",
+    "film.initial_height=0nm",
+)  # fmt: skip
 MADE = {
     "ice.mesh": "ice.mesh=meshes/siped_block.msh",
     "ice.depth": "ice.depth=1mm",
@@ -45,10 +49,7 @@ MADE = {
     "rubber.wall_friction": "rubber.wall_friction=0.5",
     "rubber.heat": "rubber.heat=true",
     "film.water_speed": "film.water_speed=0.5",
-    "film.refreeze": (
-        "film.refreeze=film", "film.dry_stress=2bar", "film.dry_softening=10",
-        "film.initial_height=0nm",
-    ),
+    "film.refreeze": FREEZES,
     "film.k": ("film.k=0.3", "film.D=30um", "film.H_V=2um"),
     "film.contact_age": ("film.contact_age=true", *RELAXES),
     "film.dry_stress": ("film.dry_stress=2bar", "film.dry_softening=10"),
@@ -66,6 +67,8 @@ def overrides(condition, plain):
     """What makes the condition hold that does not hold in the `plain` scene."""
     if condition.holds(plain):
         return ()
+    if condition.key == "film.refreeze" and condition.values[0] == "film":
+        return FREEZES
     if condition.values and condition.key != "load.pressures.is_constant":
         return (f"{condition.key}={str(condition.values[0]).lower()}",)
     found = MADE[condition.key]

@@ -78,7 +78,7 @@ def test_a_row_of_blocks_meets_what_the_one_before_has_left():
 
 def test_drained_ice_is_as_ice_that_was_never_wet():
     """After a rest that is long enough for its heat to be gone."""
-    two = {"passes": 2, "period": 1e3}
+    two = {"passes": 2, "period": 1e4}
     _, drained = history(scene("drain", load=two))
     _, dry = history(scene("drain", water=0.0, load=two, film={"refreeze": "area"}))
     for name in ("mu_mean", "mu_end", "squeezed_height_m", "film_height_m", "melt_onset_s"):

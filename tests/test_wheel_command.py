@@ -176,13 +176,17 @@ def test_a_law_that_a_wheel_does_not_take(tables, said, tmp_path, capsys):
     assert not out.exists()
 
 
+WET = f'water = "20 um"\n[film]\nvoids = "carry"\ncontact = "{SURFACE}"'
+
+
 @pytest.mark.parametrize(
     ("tables", "mu"),
     [
         ('[friction]\nlaw = "coulomb"\nmu = 0.2', 0.2),
-        (f'water = "20 um"\n[film]\nvoids = "carry"\ncontact = "{SURFACE}"', 0.2203),
+        (WET, 0.1717),
+        (WET + '\nrefreeze = "nothing"', 0.2203),
     ],
-    ids=["coulomb", "wet"],
+    ids=["coulomb", "wet", "wet, nothing freezes"],
 )
 def test_any_law_of_a_scene_rubs_below_a_wheel(tables, mu, tmp_path):
     (tmp_path / "law.toml").write_text(LAW + tables, encoding="utf-8")

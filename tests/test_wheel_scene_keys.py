@@ -149,7 +149,7 @@ GIVEN = {
     "film.dry_stress": ("4 bar",),
     "film.dry_softening": ("5 K", DRY),
     "film.dry_residual": ("2 K", DRY | {"film.dry_softening": "10 K"}),
-    "film.refreeze": ("film", DRY),
+    "film.refreeze": ("nothing", CARRY | {"ice.water": "5 um"}),
     "film.between": ("drain",),
     "film.voids": ("carry", {"film.contact": SURFACE}),
     "friction.law": ("coulomb", {}, {"friction.mu": 0.2}),

@@ -24,13 +24,11 @@ from iceslide_fem.film.law import FilmStage, Surface
 from iceslide_fem.film.phase import Phase
 from iceslide_fem.film.voids import Voids
 from iceslide_fem.runtime.arrays import Array, Index, Mask
-from iceslide_fem.scene.materials import MELTING_TEMPERATURE
 
 SETTLED, MOST_PASSES = 1e-11, 80  # tolerance of ln W; iterations
 LEAST_SLOPE = 0.2  # least slope of the residual of ln W for a secant step
 DRIEST = 1e-30  # m, lower bound of water that does not freeze completely
 JUMP = 0.1  # K, of a surface that water meets
-HELD = 1e-3  # K below T_m, of a surface that counts as held there
 GONE = 1e-12  # of H_V: less water counts as none
 
 
@@ -58,8 +56,8 @@ class Carried(NamedTuple):
 
     pressure: over the contact part of a place, Pa; cover: fade-in factor of the shear times the
     contact fraction of the place; viscosity: eta, Pa s; softness: of aged contact, p_e / p; least:
-    water that does not count, m (`wet`); melting_temperature: of the ice, K; at_melting: where
-    water holds its surface at T_m in a step.
+    water that does not count, m (`wet`); at_melting: where water holds the
+    ice's surface at T_m in a step.
     """
 
     voids: Voids
@@ -68,7 +66,6 @@ class Carried(NamedTuple):
     viscosity: Array | float
     softness: Array | float = 1.0
     least: float = 0.0
-    melting_temperature: float = MELTING_TEMPERATURE
     at_melting: Mask | None = None
 
     def take(self, index: Index) -> Carried:
@@ -84,7 +81,6 @@ class Carried(NamedTuple):
             of(self.viscosity),
             of(self.softness),
             self.least,
-            self.melting_temperature,
         )
 
     def wet(self, water: Array) -> Mask:
@@ -95,10 +91,9 @@ class Carried(NamedTuple):
         """
         return np.asarray((self.pressure > 0.0) & (water > self.least))
 
-    def begun(self, water: Array, surface: Array) -> Carried:
-        """The voids in a step that begins with `water` (m) on ice of a `surface` (K)."""
-        held = (surface >= self.melting_temperature - HELD) & (water > 0.0) & (self.pressure > 0.0)
-        return self._replace(at_melting=held | self.wet(water))
+    def begun(self, water: Array, molten: Mask) -> Carried:
+        """The voids in a step that begins with `water` (m), where the ice was `molten` or not."""
+        return self._replace(at_melting=(molten & (self.pressure > 0.0)) | self.wet(water))
 
     def meets_cold_ice(self, step: Step, ice: IceHeat) -> Mask:
         """Where water meets ice below T_m in the `step`, (n,).

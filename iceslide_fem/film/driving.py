@@ -44,6 +44,9 @@ class PointLoads(Loads, Protocol):
     def wet(self, state: InterfaceState) -> Mask:
         """Where water that may freeze holds the ice's surface at T_m."""
 
+    def at(self, end: Self, fraction: float) -> Self:
+        """Loads at `fraction` of a step that ends with `end`."""
+
     def bend(self, middle: Self, end: Self) -> Array:
         """Relative distance of loads in the `middle` of a step from the line between its ends."""
 
@@ -110,7 +113,9 @@ class Driven(NamedTuple):
 
     def next_corner(self, time: Array) -> Array:
         """Time of the next kink, s; infinite without one."""
-        return np.full_like(time, np.inf) if self.loading is None else self.loading.next_corner(time)
+        return (
+            np.full_like(time, np.inf) if self.loading is None else self.loading.next_corner(time)
+        )
 
     def aged(self, age: Array, time: Array, dt: Array, kelvin: Array | None) -> Array:
         """History of the contact `dt` (s) after `time`."""

@@ -34,6 +34,6 @@ def films_of(
     if water is not None:
         rows.append(log_viscosity)
     if lug is not None:
-        rows.append(np.full_like(height, lug))
+        rows += [np.zeros_like(height), np.full_like(height, lug)]
     log_height = np.log(height) if limit is None else limit.log_height(height)
     return log_height, np.array(rows).reshape(len(rows), height.size)

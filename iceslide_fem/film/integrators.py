@@ -146,7 +146,9 @@ class Step(NamedTuple):
     def total(self) -> InterfaceState:
         """Change of the state over the step."""
         weights = [weight / self.integrator.diagonal for weight in self.weights]
-        return InterfaceState(*(weighted(weights, list(p)) for p in zip(*self.changes, strict=True)))
+        return InterfaceState(
+            *(weighted(weights, list(p)) for p in zip(*self.changes, strict=True))
+        )
 
     def error(self, part: Callable[[InterfaceState], Array]) -> Array:
         """Local error of a linear function of the state.

@@ -205,7 +205,9 @@ def freezing_stage(
     )  # fmt: skip
     equation = LimitedHeight(*(np.broadcast_to(part, log_height.shape) for part in parts))
     y, _ = log_height_of(equation, near, close)
-    found = (y > log_height - FURTHEST) & (equation.slope(np.maximum(y, log_height - FURTHEST)) > 0.0)
+    found = (y > log_height - FURTHEST) & (
+        equation.slope(np.maximum(y, log_height - FURTHEST)) > 0.0
+    )
     y = np.where(found, y, np.nan)
     h = np.exp(y)
     q_f = power / h

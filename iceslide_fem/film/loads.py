@@ -11,7 +11,8 @@ published one has internal variables of its films, in this order:
     ln(eta (h + s) / (eta_0 (h + h_b)))    s and h_b as in `limiting_shear`, 0 without a limit
     tau_b                                  with a limit
     ln(eta / eta_0)                        with a viscosity over temperature
-    B                                      with voids that carry: length of the lug above, m
+    1 on melting ice, else 0               with voids that carry
+    B                                      with them: length of the lug above, m
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ from iceslide_fem.film.viscosity import VariableViscosity
 from iceslide_fem.runtime.arrays import Array, Index, Mask
 from iceslide_fem.scene.materials import WATER_VISCOSITY
 
-LUG = -1  # number of the internal variable B
+MOLTEN, LUG = -2, -1  # numbers of internal variables
 T = TypeVar("T", float, Array)
 
 
@@ -103,7 +104,7 @@ class FilmLoads(NamedTuple):
         if len(state.internal):
             carried = carried.below(state.internal[LUG])
         if self.refreeze == "area":
-            carried = carried.begun(state.squeezed_height, ice.surface_temperature(state.ice))
+            carried = carried.begun(state.squeezed_height, state.internal[MOLTEN] > 0.5)
         return self._replace(carried=carried)
 
     def at(self, end: FilmLoads, fraction: float) -> FilmLoads:
@@ -134,9 +135,7 @@ class FilmLoads(NamedTuple):
             law = partial(limited_stage, near=near, close=close)
         elif self.refreeze != "nothing":
             law = partial(freezing_stage, near=near, close=close)
-        return FilmOnIce(
-            law, start.log_height, start.squeezed_height, dt, loads, start.internal
-        )
+        return FilmOnIce(law, start.log_height, start.squeezed_height, dt, loads, start.internal)
 
     def height(self, log_height: Array) -> Array:
         """h (m) from ln h, or from ln(h + s) with a limit."""
@@ -146,7 +145,9 @@ class FilmLoads(NamedTuple):
         """Internal variables after the `stage`, which were `before` at its start."""
         if not len(before):
             return before
-        return stage.internal if self.carried is None else np.vstack([stage.internal, before[LUG]])
+        if self.carried is None:
+            return stage.internal
+        return np.vstack([stage.internal, stage.melting, before[LUG]])
 
     def shear(self, state: InterfaceState, ice: IceHeat) -> Array:
         """tau (Pa), (n,), of films in `state`, independent of the ice."""
@@ -170,12 +171,13 @@ class FilmLoads(NamedTuple):
             carried=carried and carried._replace(viscosity=carried.viscosity * ratio),
         )
 
-    def growth(self, state: InterfaceState, ice: IceHeat) -> Array | float:
+    def growth(self, state: InterfaceState) -> Array | float:
         """Ratio of tau in `state` to tau with all pressure on the asperities, (n,)."""
         if self.carried is None:
             return 1.0
-        whole = self.viscous * np.exp(self.log_shearing(state))
-        now = self.shear(state, ice)
+        shearing = np.exp(self.log_shearing(state))
+        whole = self.viscous * shearing
+        now = self._of_both(self.carried, shearing, state.squeezed_height)
         return np.divide(now, whole, out=np.ones_like(now), where=whole != 0.0)
 
     def stress(self, stage: FilmStage) -> Array:

@@ -81,9 +81,7 @@ class Films(Protocol):
         """History of the contact of `n` points of rubber that have not touched."""
 
 
-def next_start(
-    state: InterfaceState, films: Films, ice: Column, passes: Passes
-) -> InterfaceState:
+def next_start(state: InterfaceState, films: Films, ice: Column, passes: Passes) -> InterfaceState:
     """Initial state of a pass after one that ends in `state`. The rubber begins untouched."""
     height, squeezed, first = films.film_height(state), state.squeezed_height, films.initial_height
     heat, rest = state.ice, passes.period - films.duration

@@ -55,6 +55,4 @@ class Phase(NamedTuple):
         return np.asarray((1.0 - self.share) * (ice.melted_flux - ice.into_rubber))
 
     def _of_film(self, ice: Surface) -> Array:
-        return np.asarray(
-            self.share * (ice.melted_flux - ice.into_rubber) + ice.into_rubber
-        )
+        return np.asarray(self.share * (ice.melted_flux - ice.into_rubber) + ice.into_rubber)

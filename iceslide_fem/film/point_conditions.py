@@ -119,7 +119,7 @@ class Conditions(NamedTuple):
                 "films that freeze begin with the height 0: water on cold ice freezes at once"
             )
         if strength is None:
-            return cls(**numbers, limit=None)
+            return cls(**numbers)  # type: ignore[arg-type]
         speed = numbers["speed"] if fastest is None else fastest
         freezes = refreeze != "nothing"
         limit = LimitingShear.of(strength, numbers["viscosity"], speed, freezes)
@@ -140,8 +140,15 @@ class Conditions(NamedTuple):
         """Constant film loads; with `water` the viscosity is that of the table at T_0."""
         variable_viscosity = None if water is None else VariableViscosity(water, self.viscosity)
         contact = self.k, self.D, self.H_V
-        other = self.viscosity, variable_viscosity, self.limit, None, self.refreeze
-        return film_loads(self.pressure, self.speed, *contact, *other)
+        return film_loads(
+            self.pressure,
+            self.speed,
+            *contact,
+            self.viscosity,
+            variable_viscosity,
+            self.limit,
+            refreeze=self.refreeze,
+        )
 
     @property
     def at_start(self) -> FilmStart:
@@ -165,9 +172,7 @@ class Conditions(NamedTuple):
         if water is not None:
             viscosity = VariableViscosity(water, water(self.temperature))
         below = np.maximum(self.melting_temperature - temperature, 0.0)
-        return FilmStart(
-            *films_of(height, temperature, below, self.speed, viscosity, self.limit)
-        )
+        return FilmStart(*films_of(height, temperature, below, self.speed, viscosity, self.limit))
 
     @property
     def solid(self) -> Solid:

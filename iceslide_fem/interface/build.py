@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -30,6 +30,7 @@ from iceslide_fem.interface.rubber_mesh import (
 from iceslide_fem.interface.surface_grid import Placement, SurfaceGrid, own_points
 from iceslide_fem.interface.user_law_on_ice import UserLawOnIce
 from iceslide_fem.interface.window import PassingIce
+from iceslide_fem.laws.film import FilmLaw
 from iceslide_fem.mesh import gmsh_model
 from iceslide_fem.mesh.grid import Lines
 from iceslide_fem.mesh.ice import heating_times, passing_time, patch_lines, window_lines
@@ -199,8 +200,9 @@ def _sliding(block: Block, duration: Array) -> OnRubber | OnIce:
     on_ice = law.frame(scene.film.carrier) == "ice"
     ice = PASSING[scene.ice.heat](block, lines, heated, on_ice and law.has_film)
     if on_ice and law.has_film:
-        above = _rubber_over_grid(scene, ice.grid, duration)
-        return OnIce(law, ice, scene.initial_height, above, scene.film.water_speed)
+        over = _rubber_over_grid(scene, ice.grid, duration)
+        films = cast(FilmLaw, law)  # the law that has films
+        return OnIce(films, ice, scene.initial_height, over, scene.film.water_speed)
     frame = UserLawOnIce if on_ice else OnRubber
     return frame(law, ice, rubber_columns(scene, duration))
 

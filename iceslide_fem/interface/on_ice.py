@@ -99,7 +99,7 @@ class OnIce:
     ) -> InterfaceStep:
         """Advance the films of this rank's nodes, and the age of the contact. Collective."""
         grid = self.ice.grid
-        warm = self.rubber.at_contact(state.rubber, self.ice, state.ice)
+        warm = self.rubber.at_points(state.rubber)
         age = self._law.aged(state.age, start.pressure, end.pressure, dt, warm)
         covered, first = self.on_nodes(start, state.age)
         covers, last = self.on_nodes(end, age)
@@ -122,7 +122,7 @@ class OnIce:
         if self._law.wet is None:
             return touching
         _, loads = self.on_nodes(contact, state.age)
-        growth = self.at_points(loads.growth(state, self.ice) * of_nodes, contact) / here
+        growth = self.at_points(loads.growth(state) * of_nodes, contact) / here
 
         def shear(pressure: Array, speed: Array) -> tuple[Array, Array, Array]:
             factor = growth.reshape(pressure.shape)

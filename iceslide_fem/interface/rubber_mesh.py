@@ -39,6 +39,9 @@ class InsulatedOverGrid(Insulated):
         """The same."""
         return self
 
+    def at_points(self, heat_state: Array) -> None:
+        """None: it has no temperature."""
+
 
 class RubberOverGrid(RubberColumns):
     """Columns of rubber at contact points that move over films on the nodes of the ice.
@@ -87,6 +90,10 @@ class RubberOverGrid(RubberColumns):
     def surface_temperature(self, heat_state: Array) -> Array:
         """Mean temperature over this rank's nodes (K). Collective."""
         return self._mean(super().surface_temperature(heat_state))
+
+    def at_points(self, heat_state: Array) -> Array:
+        """Surface temperature at the rubber's points, K."""
+        return self.column.surface_temperature(heat_state)
 
     def _mean(self, values: Array) -> Array:
         """Mean over the points around each of this rank's nodes; T_0 without points."""

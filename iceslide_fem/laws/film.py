@@ -158,8 +158,8 @@ class FilmLaw:
         carried = None
         if self.wet is not None:
             softness = 1.0 if self.age is None else self.age.so_far(age).softness(p)
-            first = self.first.height, self.first.melting_temperature
-            carried = Carried(self.wet.voids, pressure, ramp, self.viscosity, softness, *first)
+            first = self.first.height
+            carried = Carried(self.wet.voids, pressure, ramp, self.viscosity, softness, first)
         p, k = np.where(pressure > 0.0, p, 0.0), ramp * k
         components = self.water, self.limit, carried, self.refreeze
         return film_loads(p, speed, k, D, H_V, self.viscosity, *components)
@@ -217,9 +217,7 @@ class FilmLaw:
             return np.asarray(1.0 / read(np.exp(-state.log_height)))
         return read(self.film_height(state))
 
-    def read(
-        self, shearing: Array, internal: Array, speed: Array, age: Array = YOUNG
-    ) -> Sheared:
+    def read(self, shearing: Array, internal: Array, speed: Array, age: Array = YOUNG) -> Sheared:
         """The shear law of points with the mean `shearing` (1/m), (n,), exp of `log_shearing`.
 
         Voids that carry are left out.
@@ -291,8 +289,7 @@ class FilmLaw:
         return ramp * k * factor, (slope * k + ramp * dk_dp) * factor
 
     def contact_pressure(self, pressure: Array, water: Array, age: Array) -> Array:
-        """p_c (Pa) that asperities bear under `pressure` (Pa) with `water` (m) in the voids, (n,).
-        """
+        """p_c (Pa) that asperities bear under `pressure` (Pa) with `water` (m) in the voids, (n,)."""
         carried = self.loads(pressure, np.ones_like(pressure), age).carried
         return pressure if carried is None else carried.contact_pressure(water)
 

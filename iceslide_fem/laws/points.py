@@ -65,8 +65,8 @@ class LawDrive(NamedTuple):
 
     def aged(self, age: Array, time: Array, dt: Array, kelvin: Array | None) -> Array:
         """History of the contact `dt` (s) after `time`."""
-        ends = (self.pressure(one) for one in (time, time + dt))
-        return self.law.aged(age, *ends, dt, kelvin)
+        start, end = self.pressure(time), self.pressure(time + dt)
+        return self.law.aged(age, start, end, dt, kelvin)
 
     def together(self, dt: Array) -> Array:
         """Steps of one length under a law without films, which is given one length."""

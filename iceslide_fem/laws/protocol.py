@@ -200,8 +200,7 @@ class InterfaceLaw(Protocol):
         """
 
     def contact_pressure(self, pressure: Array, water: Array, age: Array) -> Array:
-        """p_c (Pa) that asperities bear under `pressure` (Pa) with `water` (m) in the voids, (n,).
-        """
+        """p_c (Pa) that asperities bear under `pressure` (Pa) with `water` (m) in the voids, (n,)."""
 
     def outside(self, pressure: Array) -> Mask:
         """Mask of pressures for which the law has no data."""

@@ -17,7 +17,6 @@ from scipy.integrate import trapezoid
 from scipy.optimize import brentq
 
 from iceslide_fem.film.voids import Voids, lugs_of
-from iceslide_fem.laws.carrying_film import CarryingFilm
 from iceslide_fem.output.table import PassRow
 from iceslide_fem.postprocess.results import read_run
 from iceslide_fem.runs.point import point_history
@@ -270,9 +269,8 @@ def drawn_below() -> Figure:
     for (above, below), sipes in zip(panels.T, SIPES, strict=True):
         sliding = slid(case("wet_siped", "ice.motion=sliding", f"rubber.sipes={sipes}")).last
         now, law = sliding.current, sliding.block.law
-        assert isinstance(law, CarryingFilm)
         water = sliding.frame.at_points(now.interface.squeezed_height, now.loads)
-        solid = law.voids.contact_pressure(now.loads.pressure, water)
+        solid = law.contact_pressure(now.loads.pressure, water, now.interface.age)
         order = np.argsort(now.loads.positions[:, 0])
         order = order[now.loads.pressure[order] > 0.0]
         x = 1e3 * now.loads.positions[order, 0]

@@ -134,8 +134,8 @@ def films_along(
     sliding = speeds[path.line]
     limit, eta = ride.limit, viscosity[path.line]
     of_pixels = variable_viscosity and variable_viscosity.take(path.line)
-    dry = float(np.max(ride.initial_height)), ride.solid.melting_temperature
-    carried = ride.wet and ride.wet.carried(path.pressure, contact_of, eta, *dry)
+    dry = float(np.max(ride.initial_height))
+    carried = ride.wet and ride.wet.carried(path.pressure, contact_of, eta, dry)
     limit = limit and limit._replace(viscosity=eta)
     components = of_pixels, limit, carried, ride.refreeze
     loads = film_loads(path.pressure, sliding, k, D, voids, eta, *components)

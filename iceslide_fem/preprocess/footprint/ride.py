@@ -38,15 +38,13 @@ class WetIce(NamedTuple):
         contact_of: ContactTable | ConstantContact,
         viscosity: Array,
         first_height: float,
-        melting_temperature: float,
     ) -> Carried:
         """The voids under `pressure` (Pa), (n,), in full contact, with `viscosity` (Pa s).
 
-        first_height: of films without water, m; melting_temperature: of the ice, K.
+        first_height: of films without water, m.
         """
         voids, whole = self.voids(contact_of), np.ones_like(pressure)
-        first = first_height, melting_temperature
-        return Carried(voids, pressure, whole, viscosity, 1.0, *first)
+        return Carried(voids, pressure, whole, viscosity, 1.0, first_height)
 
     def borne(
         self, pressure: Array, water: Array, contact_of: ContactTable | ConstantContact

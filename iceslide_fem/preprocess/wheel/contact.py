@@ -85,8 +85,8 @@ class FilmContact:
         ride = self.ride._replace(sliding_speed=speed)
         limit, T_0 = ride.limit, np.full_like(flat, ride.temperature)
         contact, viscosity = self.contact_of(flat)[:3], ride.viscosity_at(T_0)
-        dry = float(np.max(ride.initial_height)), ride.solid.melting_temperature
-        carried = ride.wet and ride.wet.carried(flat, self.contact_of, viscosity, *dry)
+        dry = float(np.max(ride.initial_height))
+        carried = ride.wet and ride.wet.carried(flat, self.contact_of, viscosity, dry)
         limit = limit and limit._replace(viscosity=viscosity)
         loads = film_loads(flat, speeds, *contact, viscosity, None, limit, carried)
         below = np.maximum(ride.solid.melting_temperature - T_0, 0.0)
