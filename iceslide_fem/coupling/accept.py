@@ -31,7 +31,8 @@ class CorrectedStep(NamedTuple):
     subcycles: substeps of film and heat; forces: friction force of the block at the start and after
     each substep, N; factor: next step length over this one, from the errors; iterations: Newton
     iterations; solved: whether equilibrium was solved; wall_heat: frictional heat of self-contact,
-    J; dissipation: viscoelastic dissipation, J.
+    J; dissipation: viscoelastic dissipation, J; stored: energy into the springs of points that
+    stick, J.
     """
 
     after: CoupledState
@@ -43,6 +44,7 @@ class CorrectedStep(NamedTuple):
     solved: bool = False
     wall_heat: float = 0.0
     dissipation: float = 0.0
+    stored: float = 0.0
 
 
 class Acceptance:
@@ -80,6 +82,7 @@ class Acceptance:
             after.mechanics,
             corrected.wall_heat,
             corrected.dissipation,
+            corrected.stored,
         )
         unclosed = self._error.of_energy(energies, dt, force)
         shorter = float(step_factor(unclosed, 2))

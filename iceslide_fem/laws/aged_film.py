@@ -80,6 +80,12 @@ class AgedFilm:
         contact = self.age.so_far(state.internal[-self.age.rows :])
         return replace(self.film, parameters=contact).sheared(state, temperature)
 
+    def at_speed(self, state: InterfaceState, speed: float) -> InterfaceState:
+        """As of the film, with the contact's history."""
+        of_film, history = np.split(state.internal, [-self.age.rows])
+        film = self.film.at_speed(state._replace(internal=of_film), speed)
+        return film._replace(internal=np.concatenate([film.internal, history]))
+
     def at_start(self, film_height: float, n: int) -> Sheared:
         """The shear law of `n` films of the height (m) under fresh contact."""
         return self.film.at_start(film_height, n)

@@ -64,6 +64,10 @@ class CarryingFilm:
         """The shear law of films in `state`, beside voids with their present water."""
         return self.over(np.exp(state.log_height), state.squeezed_height)
 
+    def at_speed(self, state: InterfaceState, speed: float) -> InterfaceState:
+        """The state, as of `FilmLaw`."""
+        return state
+
     def at_start(self, film_height: float, n: int) -> Sheared:
         """The shear law of `n` films of the height (m)."""
         return self.over(np.full(n, film_height), self.brought(np.zeros(n)))

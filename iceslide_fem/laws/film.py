@@ -90,6 +90,10 @@ class FilmLaw:
         """The shear law of films in `state`, independent of the temperature."""
         return self.over(np.exp(-log_shearing(state)))
 
+    def at_speed(self, state: InterfaceState, speed: float) -> InterfaceState:
+        """The state: viscous shear is proportional to the speed."""
+        return state
+
     def at_start(self, film_height: float, n: int) -> Sheared:
         """The shear law of `n` films of the height (m)."""
         return self.over(np.full(n, film_height))

@@ -74,6 +74,12 @@ class LimitedFilm(FilmLaw):
         """The shear law of films in `state`, with their present strength."""
         return self.limited(self.limit.height(state.log_height), state.internal[1])
 
+    def at_speed(self, state: InterfaceState, speed: float) -> InterfaceState:
+        """`state` with the shearing of its films at the slip `speed` (m/s)."""
+        height, strength = self.limit.height(state.log_height), state.internal[1]
+        internal = self.limit.internal(height, np.full_like(height, speed), strength)
+        return state._replace(internal=internal)
+
     def at_start(self, film_height: float, n: int) -> Sheared:
         """Shear of `n` films of the height (m)."""
         return self.limited(np.full(n, film_height), np.full(n, self.first_strength))

@@ -169,6 +169,9 @@ class InterfaceLaw(Protocol):
     def sheared(self, state: InterfaceState, temperature: Callable[[], Array]) -> Sheared:
         """The shear law of points in `state`, on ice of `temperature` (K)."""
 
+    def at_speed(self, state: InterfaceState, speed: float) -> InterfaceState:
+        """`state` with its films sheared at the slip `speed` (m/s)."""
+
     def at_start(self, film_height: float, n: int) -> Sheared:
         """The initial shear law of `n` points, with films of the height (m) if the law has
         films.
