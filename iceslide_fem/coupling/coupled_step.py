@@ -191,12 +191,13 @@ class CoupledStep:
         block.rubber.u.x.array[:], rate = self._motion_law.begin(start.motion, time)
         self._relaxing.begin(start, dt)
         speed, load = plate.slip(rate, time), plate.force(time)
+        slip = block.scene.load.speeds.mean * dt if start.stuck else np.inf
         offset = start.loads.offset + plate.ice_passed(start.time, dt)
         iterations, mismatches = 0, []
         for _ in range(self._error.limits.passes):
             sheared = film.sheared[-1]
             friction = self._friction.law(start, dt, sheared)
-            iterations += self._balance(sheared, friction, speed, load)
+            iterations += self._balance(sheared, friction, speed, load, slip)
             moved = plate.slipping(speed, offset)
             loads, shearing = self._friction.found(start, dt, sheared, moved)
             ends = start.loads, loads
@@ -252,6 +253,7 @@ class CoupledStep:
             quiescent,
             relaxation.relaxed,
             stick_points,
+            start.stuck or shearing.some,
         )
         errors = mismatch, drift, film.nonlinearity, velocity_error, delay
         factor = float(step_factor(max(errors), 2))
@@ -314,10 +316,12 @@ class CoupledStep:
             forces.append(self._block.total(shear, loads.area))
         return FilmStep(dt, subcycles, sheared, forces, 0.0)
 
-    def _balance(self, sheared: Sheared, friction: Sheared, speed: SpeedLaw, load: float) -> int:
+    def _balance(
+        self, sheared: Sheared, friction: Sheared, speed: SpeedLaw, load: float, slip: float
+    ) -> int:
         """Solve equilibrium under the `friction` by the law `sheared` and the plate's `load`.
 
-        Returns the Newton iterations.
+        Returns the Newton iterations. slip: see `Block.balance`.
 
         At low pressure the shear fades in with a slope of several times mu. Newton's method may
         fail at a point that enters or leaves that range. Equilibrium is then solved with the fading
@@ -326,13 +330,13 @@ class CoupledStep:
         block, values = self._block, self._block.rubber.u.x.array
         before, force = values.copy(), block.friction_force(sheared)
         try:
-            return block.balance(block.sliding(friction, speed), load, force).iterations
+            return block.balance(block.sliding(friction, speed), load, force, slip).iterations
         except NotConverged:
             values[:] = before
             held = block.contact.pressure
             block.equilibrium.forget()
             law = block.held(friction, speed, held)
-            iterations = block.balance(law, load, force).iterations
+            iterations = block.balance(law, load, force, slip).iterations
             ones, now = np.ones_like(held), block.contact
             taken, due = (sheared(p, ones)[0] for p in (held, now.pressure))
             if not self._error.is_quiet(taken.ravel(), due.ravel(), now.area.ravel()):

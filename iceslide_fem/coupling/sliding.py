@@ -164,6 +164,7 @@ class Sliding:
             sliding_distance=now.sliding_distance,
             largest_friction_force=now.largest_friction_force,
             stick_points=now.stick_points,
+            stuck=now.stuck,
             relaxed=now.relaxed,
             stored=now.stored,
         )
@@ -187,6 +188,7 @@ class Sliding:
             quiescent=state.quiescent,
             relaxed=relaxed,
             stick_points=state.stick_points,
+            stuck=state.stuck,
             sliding_distance=state.sliding_distance,
             largest_friction_force=state.largest_friction_force,
             stored=state.stored,

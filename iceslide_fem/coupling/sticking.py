@@ -36,7 +36,11 @@ STILL = 2e-6  # m/s, above the speed below which dry shear falls (`film.limiting
 
 
 class Shearing(Protocol):
-    """Shear of the points over a step."""
+    """Shear of the points over a step; some: whether any of them, on all ranks, sticks."""
+
+    @property
+    def some(self) -> bool:
+        """Whether points stick."""
 
     def read(self, frame: FilmFrame, end: InterfaceStep, loads: ContactLoads) -> Sheared:
         """The shear law of the points under `loads`, at the `end` of a substep. Collective."""
@@ -70,6 +74,8 @@ class Friction(Protocol):
 
 class Slipping:
     """Friction whose points always slip; their shear is that of the law."""
+
+    some = False
 
     def read(self, frame: FilmFrame, end: InterfaceStep, loads: ContactLoads) -> Sheared:
         """That of the films around each point."""
