@@ -200,7 +200,7 @@ class CoupledStep:
             iterations += self._balance(sheared, friction, speed, load, slip)
             moved = plate.slipping(speed, offset)
             loads, shearing = self._friction.found(start, dt, sheared, moved)
-            ends = start.loads, loads
+            ends = shearing.begin(start, loads, plate.slid(start.time, dt), dt), loads
             again = self._subcycling.repeat(start.interface, *ends, dt, film.subcycles)
             before, after = film.subcycles.substeps[-1], again.substeps[-1]
             mismatches.append(self._error.of_coupling(before, after))

@@ -45,6 +45,9 @@ class Shearing(Protocol):
     def read(self, frame: FilmFrame, end: InterfaceStep, loads: ContactLoads) -> Sheared:
         """The shear law of the points under `loads`, at the `end` of a substep. Collective."""
 
+    def begin(self, start: CoupledState, loads: ContactLoads, slid: float, dt: float) -> ContactLoads:
+        """Loads at the start of a step of `dt` (s) to `loads` in which the plate has `slid` (m)."""
+
     def shear(self, sheared: Sheared, loads: ContactLoads, fraction: float = 1.0) -> Array:
         """Shear (n,), Pa, at a `fraction` of the step, where the law is `sheared`."""
 
@@ -80,6 +83,10 @@ class Slipping:
     def read(self, frame: FilmFrame, end: InterfaceStep, loads: ContactLoads) -> Sheared:
         """That of the films around each point."""
         return frame.sheared(end.state, loads)
+
+    def begin(self, start: CoupledState, loads: ContactLoads, slid: float, dt: float) -> ContactLoads:
+        """Those of `start`."""
+        return start.loads
 
     def shear(self, sheared: Sheared, loads: ContactLoads, fraction: float = 1.0) -> Array:
         """The shear of the law under the `loads`."""
@@ -131,6 +138,18 @@ class Held(NamedTuple):
             state = self.law.at_speed(state, STILL)
             loads = replace(loads, speed=np.full_like(loads.speed, STILL))
         return frame.sheared(state, loads)
+
+    def begin(self, start: CoupledState, loads: ContactLoads, slid: float, dt: float) -> ContactLoads:
+        """Those of `start` with slip speeds whose mean over the step is the points' slip.
+
+        The speed of a point may jump when others break loose. They are unchanged until points have
+        stuck.
+        """
+        if not (start.stuck or self.some):
+            return start.loads
+        way = slid + loads.positions[:, 0] - start.loads.positions[:, 0]
+        speed = np.maximum(2.0 * self.side * way / dt - loads.speed, STILL)
+        return replace(start.loads, speed=np.where(self.sticks & _rests(start.loads), STILL, speed))
 
     def shear(self, sheared: Sheared, loads: ContactLoads, fraction: float = 1.0) -> Array:
         """Between the ends where points stick, else that of the law; reversed slip is rest."""
