@@ -103,8 +103,9 @@ def step_energies(
     """Energies of a step of `dt` (s) from `time` that leads from `before` to `after`. Collective.
 
     `wall_heat` (J) is the frictional heat of self-contact, `rubber_dissipation` (J) the
-    viscoelastic dissipation, `stored` (J) goes into the springs of points that stick. The plate's force and speed are straight lines over the step, and so
-    is friction between the `forces` (N) at its start and after each of the `subcycles`.
+    viscoelastic dissipation; `stored` (J) goes into the springs of points that stick. The plate's
+    force and speed are straight lines over the step, and so is friction between the `forces` (N) at
+    its start and after each of the `subcycles`.
     """
     load, end = block.scene.load, time + dt
     times = [time, *(time + fraction * dt for fraction in subcycles.ends)]

@@ -212,8 +212,9 @@ class StepError:
 
         The reference is the energy turned over. It is small when the plate starts, stops or
         presses, and when friction under a law that is not viscous dies away. The reference is then
-        at least the work of `friction` (N) at the mean speed, and the load's work. After points have
-        `stuck`, it is at least the exchange of elastic and kinetic energy: a held block swings.
+        at least the work of `friction` (N) at the mean speed, and the load's work. After points
+        have `stuck`, it is at least the exchange of elastic and kinetic energy: a held block
+        swings.
         """
         taken = energies.ice_heat + energies.rubber_heat + energies.latent_heat
         turnover = max(abs(energies.friction_work), taken)

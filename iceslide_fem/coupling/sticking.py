@@ -45,7 +45,9 @@ class Shearing(Protocol):
     def read(self, frame: FilmFrame, end: InterfaceStep, loads: ContactLoads) -> Sheared:
         """The shear law of the points under `loads`, at the `end` of a substep. Collective."""
 
-    def begin(self, start: CoupledState, loads: ContactLoads, slid: float, dt: float) -> ContactLoads:
+    def begin(
+        self, start: CoupledState, loads: ContactLoads, slid: float, dt: float
+    ) -> ContactLoads:
         """Loads at the start of a step of `dt` (s) to `loads` in which the plate has `slid` (m)."""
 
     def shear(self, sheared: Sheared, loads: ContactLoads, fraction: float = 1.0) -> Array:
@@ -84,7 +86,9 @@ class Slipping:
         """That of the films around each point."""
         return frame.sheared(end.state, loads)
 
-    def begin(self, start: CoupledState, loads: ContactLoads, slid: float, dt: float) -> ContactLoads:
+    def begin(
+        self, start: CoupledState, loads: ContactLoads, slid: float, dt: float
+    ) -> ContactLoads:
         """Those of `start`."""
         return start.loads
 
@@ -139,7 +143,9 @@ class Held(NamedTuple):
             loads = replace(loads, speed=np.full_like(loads.speed, STILL))
         return frame.sheared(state, loads)
 
-    def begin(self, start: CoupledState, loads: ContactLoads, slid: float, dt: float) -> ContactLoads:
+    def begin(
+        self, start: CoupledState, loads: ContactLoads, slid: float, dt: float
+    ) -> ContactLoads:
         """Those of `start` with slip speeds whose mean over the step is the points' slip.
 
         The speed of a point may jump when others break loose. They are unchanged until points have
