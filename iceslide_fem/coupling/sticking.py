@@ -224,7 +224,7 @@ class Sticking:
 
 
 def friction_of(block: Block) -> Friction:
-    """The friction of a `block`: nothing sticks under a viscous law, or while loads are constant."""
+    """The friction of a `block`; nothing sticks under a viscous law, or under constant loads."""
     if block.law.viscous or not block.scene.load.changes:
         return Slipping()
     return Sticking(block)

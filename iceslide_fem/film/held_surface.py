@@ -8,7 +8,7 @@ surface at T_s gives
 Let x_s be the steady state of this, and V with rates nu the modes of Lambda across phi, with
 phi . V = 0. Then x = x_s + V exp(-nu t) c. The heat given to the ice follows from phi . x = h:
 
-    E(t) = [h - phi . x(0) + (phi . Lambda x_s) t + phi . Lambda V ((1 - exp(-nu t))/nu) c] / phi . phi.
+    phi . phi E(t) = h - phi . x(0) + (phi . Lambda x_s) t + phi . Lambda V ((1 - e^(-nu t))/nu) c
 
 Its first part is the heat that brings the surface to T_s at once.
 """

@@ -57,8 +57,8 @@ def _columns(scene: Scene) -> list[str]:
     model = "a slice or block with " if scene.model == "point" else ""
     return [
         f"heat reaches √(α t) / L = {number:.2g} of the contact's shortest side, but columns of "
-        f"ice conduct it downwards only: above {LATERAL_FRACTION:g} they are too warm and mu is too "
-        f'low; {model}ice.heat = "{finer}" conducts it sideways'
+        f"ice conduct it downwards only: above {LATERAL_FRACTION:g}, beside cold ice, they are too "
+        f'warm and mu is too low; {model}ice.heat = "{finer}" conducts it sideways'
     ]
 
 
