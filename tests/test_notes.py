@@ -1,11 +1,15 @@
 """What a scene says in vain, and where it leaves the operating envelope."""
 
+import html
 from pathlib import Path
 
 import pytest
 
+from iceslide_fem.runs.doubts import before_run
 from iceslide_fem.runs.notes import buckling_pressure, notes
 from iceslide_fem.scene import load_scene
+from iceslide_fem.simulate import run
+from iceslide_fem.workflow.report import report
 
 pytestmark = pytest.mark.quick
 
@@ -62,6 +66,33 @@ def test_relaxation_at_a_point_needs_an_age():
     said += ": its contact is taken as old"
     assert said in noted(*POINT, *soft)
     assert said not in noted(*soft) + noted(*POINT, *soft, "film.contact_age=true")
+
+
+def test_columns_far_outside_their_range_are_in_doubt_in_plan_run_and_report(tmp_path):
+    """100 s under 2 mm: heat reaches 5.3 times as far, and the mean mu is half of the true one."""
+    changes = [*POINT, "rubber.length=2mm", "rubber.width=2mm", "load.duration=100s"]
+    scene = load_scene(CASES / "thesis_1bar.toml", [*changes, "load.speed=0.01m/s"])
+    (doubt,) = (each for each in before_run(scene) if "sideways" in each)
+    assert "= 5.3 of the contact's shortest side" in doubt
+    summary = run(scene, tmp_path)
+    assert doubt in summary["warnings"]
+    page = html.unescape(report([tmp_path]).read_text(encoding="utf-8"))
+    assert f"{doubt[0].upper()}{doubt[1:]}." in page
+    short = load_scene(CASES / "thesis_1bar.toml", POINT)
+    assert not any("sideways" in each for each in before_run(short))
+
+
+@pytest.mark.parametrize(
+    ("changes", "doubted"),
+    [
+        (["load.duration=70ms", "ice.heat=column"], True),
+        (["load.duration=70ms", "ice.heat=continuum"], False),
+        (["load.duration=70ms", "ice.heat=column", "ice.motion=sliding"], False),
+    ],
+)
+def test_columns_below_blocks_are_in_doubt_where_heat_spreads(changes, doubted):
+    doubts = before_run(load_scene(CASES / "thesis_1bar.toml", ["model=slice", *changes]))
+    assert any("sideways" in each for each in doubts) == doubted
 
 
 def test_lengths_beside_a_mesh_are_noted():

@@ -50,6 +50,19 @@ def folder(tmp_path_factory):
     return out
 
 
+def test_the_summary_says_when_the_voids_are_full(tmp_path):
+    """In the second pass of four: the first row where they are."""
+    contact = {"k": 0.4, "D": 40e-6, "H_V": 1.2e-6}
+    load = {"pressure": 3e5, "passes": 4, "period": 0.012}
+    wet = scene(film=contact, load=load, ice={"temperature": 271.15, "motion": "attached"})
+    summary, (rows,) = run(wet, tmp_path), (read_run(tmp_path).history,)
+    full = rows["time_s"][rows["saturated_fraction"] > 0.0]
+    assert summary["saturation_s"] == pytest.approx(full[0], rel=1e-9)
+    assert 0.012 < full[0] < 0.024
+    dry = run(scene(), tmp_path / "dry")
+    assert dry["saturation_s"] is None
+
+
 def test_rests_do_not_count(folder):
     found = read_run(folder)
     assert found.history["time_s"][-1] == pytest.approx(2 * PERIOD + TIME)

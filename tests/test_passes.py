@@ -93,12 +93,33 @@ def test_water_freezes_as_far_as_the_rest_is_long():
     heat, left, remaining = frozen(ice.initial(2), water, rest, ice)
     taken = 2.0 * ICE.effusivity * 4.0 * np.sqrt(1e-3 / np.pi) / ICE.melting_enthalpy
     assert taken < 2e-6
-    assert left[0] == pytest.approx(2e-6 - taken, rel=2e-2)
+    assert left[0] == pytest.approx(2e-6 - taken, rel=1e-4)
     assert remaining[0] == pytest.approx(0.0, abs=1e-12)
     assert left[1] == 0.0
-    assert remaining[1] > 0.0
+    assert remaining[1] == pytest.approx(1e-3 * (1.0 - (50e-9 / taken) ** 2), rel=1e-4)
     np.testing.assert_allclose(ice.heat(heat), ICE.melting_enthalpy * (water - left), rtol=1e-9)
     assert (ice.surface_temperature(heat) <= MELTING_TEMPERATURE + 1e-6).all()
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4])
+def test_frozen_water_is_as_exact_as_the_tolerance(tolerance):
+    conditions, passes = constant_flux(), Passes(2, 10.0, "freeze")
+    ice = column_for(conditions, passes, tolerance, BOTTOMLESS)
+    colder = MELTING_TEMPERATURE - float(conditions.temperature[0])
+    rest, water = np.array([1e-2, 0.1, 1.0]), np.full(3, 1e-3)
+    _, left, _ = frozen(ice.initial(3), water, rest, ice)
+    exact = 2.0 * ICE.effusivity * colder * np.sqrt(rest / np.pi) / ICE.melting_enthalpy
+    np.testing.assert_allclose(water - left, exact, rtol=tolerance)
+
+
+def test_ice_on_a_held_base_freezes_water_without_end():
+    """Late the flux is the steady one, lambda dT / depth."""
+    ground = Ground(depth=1e-3, held=MELTING_TEMPERATURE - 4.0)
+    ice = Column(MELTING_TEMPERATURE - 4.0, np.array([1e-2, 100.0]), ground=ground)
+    times, water = np.array([50.0, 100.0]), np.full(2, 1.0)
+    _, left, _ = frozen(ice.initial(2), water, times, ice)
+    rate = ICE.conductivity * 4.0 / 1e-3 / ICE.melting_enthalpy
+    assert left[0] - left[1] == pytest.approx(50.0 * rate, rel=1e-6)
 
 
 def scene(model="point", **tables):

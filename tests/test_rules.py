@@ -53,6 +53,7 @@ MADE = {
     "film.k": ("film.k=0.3", "film.D=30um", "film.H_V=2um"),
     "film.contact_age": ("film.contact_age=true", *RELAXES),
     "film.dry_stress": ("film.dry_stress=2bar", "film.dry_softening=10"),
+    "film.dry_residual": ("film.dry_stress=2bar", "film.dry_residual=1"),
     "film.dry_softens": ("film.dry_stress=2bar", "film.dry_softening=10"),
     "film.conductance": "film.conductance=1e5",
     "ice.is_wet": "ice.water=20um",

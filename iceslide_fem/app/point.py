@@ -28,7 +28,7 @@ from iceslide_fem.film.conditions import (
 )
 from iceslide_fem.film.point import PointResult, simulate
 from iceslide_fem.output.table import HistoryRow
-from iceslide_fem.runs.notes import notes
+from iceslide_fem.runs.doubts import before_run
 from iceslide_fem.runs.point import point_history
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
@@ -120,7 +120,7 @@ def curves(texts: Texts) -> dict[str, Any]:
         "series": _series(scene, rows),
         "numbers": {name: results[name] for name in NUMBERS},
         "values": _values(scene),
-        "notes": [*notes(scene), *results["warnings"]],
+        "notes": [*before_run(scene), *results["warnings"]],
         "toml": tomlkit.dumps(tables(given)),
         "python": POINT_LINES.format(scene=scene_lines(tables(given))),
     }

@@ -31,7 +31,8 @@ class CorrectedStep(NamedTuple):
     subcycles: substeps of film and heat; forces: friction force of the block at the start and after
     each substep, N; factor: next step length over this one, from the errors; iterations: Newton
     iterations; solved: whether equilibrium was solved; wall_heat: frictional heat of self-contact,
-    J; dissipation: viscoelastic dissipation, J.
+    J; dissipation: viscoelastic dissipation, J; stored: energy into the springs of points that
+    stick, J.
     """
 
     after: CoupledState
@@ -43,6 +44,7 @@ class CorrectedStep(NamedTuple):
     solved: bool = False
     wall_heat: float = 0.0
     dissipation: float = 0.0
+    stored: float = 0.0
 
 
 class Acceptance:
@@ -57,19 +59,19 @@ class Acceptance:
         self._adaptive = adaptive
         # When the plate slows down, the rubber springs back and friction may change sign. A free
         # oscillation releases the stored energy only: its force never exceeds the friction force
-        # that sheared the rubber.
+        # that sheared the rubber. Points that stick hold the block either way.
         self._may_swing = block.scene.load.changes
 
     def of(self, start: CoupledState, corrected: CorrectedStep) -> AcceptedStep:
         """The accepted step that leads from `start` to `corrected`. Raises StepRejected."""
         dt, force, most = corrected.dt, corrected.forces[-1], 0.0
+        after, subcycles = corrected.after, corrected.subcycles
         if self._may_swing:
             most = max(start.largest_friction_force, self._error.least_friction)
-        if not (force > 0.0 or -force <= most):
+        if not (force > 0.0 or -force <= most or after.stuck):
             with_what = " with more than it was sheared by" if self._may_swing else ""
             what = f"rubber that springs back would push the block forward{with_what}"
             raise StepRejected(what, 0.25)
-        after, subcycles = corrected.after, corrected.subcycles
         energies = step_energies(
             self._block,
             subcycles,
@@ -80,8 +82,9 @@ class Acceptance:
             after.mechanics,
             corrected.wall_heat,
             corrected.dissipation,
+            corrected.stored,
         )
-        unclosed = self._error.of_energy(energies, dt, force)
+        unclosed = self._error.of_energy(energies, dt, force, after.stuck)
         shorter = float(step_factor(unclosed, 2))
         if unclosed > 1.0 and self._adaptive:  # a fixed step cannot be shortened
             raise StepRejected("the step's energy does not close: the block snaps", shorter)

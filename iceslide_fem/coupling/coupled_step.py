@@ -26,6 +26,7 @@ from iceslide_fem.coupling.plate import Plate
 from iceslide_fem.coupling.relaxing import Relaxing
 from iceslide_fem.coupling.state import AcceptedStep, CoupledState
 from iceslide_fem.coupling.step_error import StepError, StepRejected
+from iceslide_fem.coupling.sticking import Friction, Shearing, Slipping
 from iceslide_fem.coupling.subcycles import Subcycles
 from iceslide_fem.coupling.subcycling import Subcycling
 from iceslide_fem.film.runge_kutta import INTEGRATORS
@@ -61,11 +62,12 @@ class FilmStep(NamedTuple):
 class Balanced(NamedTuple):
     """Block and film in agreement at the end of a step.
 
-    loads: of the points; film: over the step; iterations: Newton iterations; mismatch: change of
-    the film by the first repetition.
+    loads: of the points; shearing: their shear; film: over the step; iterations: Newton
+    iterations; mismatch: change of the film by the first repetition.
     """
 
     loads: ContactLoads
+    shearing: Shearing
     film: FilmStep
     iterations: int
     mismatch: float
@@ -83,12 +85,13 @@ class CoupledStep:
         frame: FilmFrame,
         plate: Plate,
         motion_law: MotionLaw,
+        friction: Friction,
         relaxing: Relaxing,
         drainage: Drainage,
         error: StepError,
     ) -> None:
         self._block, self._frame, self._plate = block, frame, plate
-        self._motion_law, self._error = motion_law, error
+        self._motion_law, self._friction, self._error = motion_law, friction, error
         integrator = INTEGRATORS[block.scene.numerics.film_integrator]
         self._subcycling = Subcycling(frame, error, integrator, plate.passing)
         self.adaptive = bool(integrator.estimate)
@@ -106,8 +109,7 @@ class CoupledStep:
         """
         corrected = self._without_mechanics(start, dt, film_dt)
         if corrected is None:
-            predicted = self._predict(start, dt)
-            film = self._film(start, predicted, dt, film_dt)
+            film = self._film(start, *self._predict(start, dt), dt, film_dt)
             balanced = self._equilibrium(start, film)
             corrected = self._correct(start, balanced, film.forces[-1])
         return self._acceptance.of(start, corrected)
@@ -135,7 +137,7 @@ class CoupledStep:
         loads = plate.with_still_rubber(before, end)
         loads = replace(loads, offset=before.offset + plate.ice_passed(start.time, dt))
         subcycles = self._subcycling.advance(start.interface, before, loads, dt, film_dt)
-        film = self._of_subcycles(start, dt, subcycles)
+        film = self._of_subcycles(start, dt, subcycles, Slipping())
         shear = film.sheared[-1](loads.pressure, loads.speed)[0]
         if not self._error.may_skip_mechanics(shear, start.solved_shear, start.loads.area):
             return None
@@ -148,26 +150,31 @@ class CoupledStep:
         )
         return CorrectedStep(after, dt, subcycles, film.forces, GROW)
 
-    def _predict(self, start: CoupledState, dt: float) -> ContactLoads:
-        """Contact loads after `dt` (s) under the extrapolated motion of the block."""
+    def _predict(self, start: CoupledState, dt: float) -> tuple[ContactLoads, Shearing]:
+        """Contact loads and shear after `dt` (s) under the extrapolated motion of the block."""
         plate, law, time = self._plate, self._motion_law, start.time + dt
         self._block.rubber.u.x.array[:], rate = law.begin(start.motion, time)
         offset = start.loads.offset + plate.ice_passed(start.time, dt)
         loads = plate.slipping(plate.slip(rate, time), offset)
         if start.motion.smooth:
             loads = plate.faster(loads, law.extrapolated_velocity(start.motion, time))
-        return loads
+        return self._friction.predicted(start, loads)
 
     def _film(
-        self, start: CoupledState, predicted: ContactLoads, dt: float, film_dt: float
+        self,
+        start: CoupledState,
+        predicted: ContactLoads,
+        shearing: Shearing,
+        dt: float,
+        film_dt: float,
     ) -> FilmStep:
-        """Film and heat over `dt` (s) under the predicted loads.
+        """Film and heat over `dt` (s) under the predicted loads and shear.
 
         The step ends earlier if friction leaves a straight line within it.
         """
         ends = start.loads, predicted
         subcycles = self._subcycling.advance(start.interface, *ends, dt, film_dt)
-        film = self._of_subcycles(start, dt, subcycles)
+        film = self._of_subcycles(start, dt, subcycles, shearing)
         parts, nonlinearity = self._error.straight_parts(film.forces, subcycles.ends)
         if parts < len(subcycles.ends) and self.adaptive:
             dt *= subcycles.ends[parts - 1]
@@ -184,18 +191,24 @@ class CoupledStep:
         block.rubber.u.x.array[:], rate = self._motion_law.begin(start.motion, time)
         self._relaxing.begin(start, dt)
         speed, load = plate.slip(rate, time), plate.force(time)
+        slip = block.scene.load.speeds.mean * dt if start.stuck else np.inf
         offset = start.loads.offset + plate.ice_passed(start.time, dt)
         iterations, mismatches = 0, []
         for _ in range(self._error.limits.passes):
-            iterations += self._balance(film.sheared[-1], speed, load)
-            loads = plate.slipping(speed, offset)
-            ends = start.loads, loads
+            sheared = film.sheared[-1]
+            friction = self._friction.law(start, dt, sheared)
+            iterations += self._balance(sheared, friction, speed, load, slip)
+            moved = plate.slipping(speed, offset)
+            loads, shearing = self._friction.found(start, dt, sheared, moved)
+            ends = shearing.begin(start, loads, plate.slid(start.time, dt), dt), loads
             again = self._subcycling.repeat(start.interface, *ends, dt, film.subcycles)
             before, after = film.subcycles.substeps[-1], again.substeps[-1]
             mismatches.append(self._error.of_coupling(before, after))
-            film = self._of_subcycles(start, dt, again)._replace(nonlinearity=film.nonlinearity)
+            nonlinearity = film.nonlinearity
+            film = self._of_subcycles(start, dt, again, shearing)
+            film = film._replace(nonlinearity=nonlinearity)
             if mismatches[-1] <= 1.0:
-                return Balanced(loads, film, iterations, mismatches[0])
+                return Balanced(loads, shearing, film, iterations, mismatches[0])
         raise StepRejected("block and film do not agree", 0.4)
 
     def _correct(self, start: CoupledState, balanced: Balanced, straight: float) -> CorrectedStep:
@@ -203,7 +216,8 @@ class CoupledStep:
 
         straight: friction force under the predicted loads, N.
         """
-        block, law, (loads, film, iterations, mismatch) = self._block, self._motion_law, balanced
+        block, law = self._block, self._motion_law
+        loads, shearing, film, iterations, mismatch = balanced
         dt, time = film.dt, start.time + film.dt
         motion = law.end(start.motion, time, block.rubber.u.x.array.copy())
         sheared, area = film.sheared[-1], start.loads.area
@@ -216,13 +230,13 @@ class CoupledStep:
         if delay > 1.0 and self.adaptive:
             raise StepRejected("the rubber relaxes too fast", float(step_factor(delay, 2)))
         motion, velocity_error = self._velocity_error(
-            start, motion, sheared, loads, film.forces, straight
+            start, motion, sheared, loads, shearing, film.forces, straight
         )
         if velocity_error > 1.0 and self.adaptive:  # first order at a kink of the velocity
             raise StepRejected(
                 "the block's speed changes too fast", float(step_factor(velocity_error, 1))
             )
-        shear = sheared(loads.pressure, loads.speed)[0]
+        shear = shearing.shear(sheared, loads)
         still = sheared(loads.pressure, self._plate.with_still_rubber(loads, time).speed)[0]
         quiescent = self._may_skip and self._error.may_skip_mechanics(
             still, start.solved_shear, area
@@ -239,13 +253,15 @@ class CoupledStep:
             quiescent,
             relaxation.relaxed,
             stick_points,
+            start.stuck or shearing.some,
         )
         errors = mismatch, drift, film.nonlinearity, velocity_error, delay
         factor = float(step_factor(max(errors), 2))
         if iterations > MANY_ITERATIONS:
             factor = min(factor, SHORTER)
         given, heats = (film.subcycles, film.forces), (wall_heat, relaxation.dissipation)
-        return CorrectedStep(after, dt, *given, factor, iterations, True, *heats)
+        stored = shearing.stored(block, loads.area)
+        return CorrectedStep(after, dt, *given, factor, iterations, True, *heats, stored)
 
     def _velocity_error(
         self,
@@ -253,6 +269,7 @@ class CoupledStep:
         end: Motion,
         sheared: Sheared,
         loads: ContactLoads,
+        shearing: Shearing,
         forces: list[float],
         straight: float,
     ) -> tuple[Motion, float]:
@@ -266,7 +283,7 @@ class CoupledStep:
         changes = error, error + law.extrapolated_velocity(start.motion, end.time)
         slips = (self._plate.faster(loads, -change) for change in changes)
         extrapolated, held = (
-            self._block.total(sheared(loads.pressure, slip.speed)[0], loads.area) for slip in slips
+            self._block.total(shearing.shear(sheared, slip), loads.area) for slip in slips
         )
         smooth = abs(force - extrapolated) < SMOOTH * abs(force - held)
         end = end._replace(smooth=smooth)
@@ -287,33 +304,39 @@ class CoupledStep:
         rise = block.total(np.abs(by_speed * loads.speed), loads.area)
         return rise / force if force else 1.0
 
-    def _of_subcycles(self, start: CoupledState, dt: float, subcycles: Subcycles) -> FilmStep:
+    def _of_subcycles(
+        self, start: CoupledState, dt: float, subcycles: Subcycles, shearing: Shearing
+    ) -> FilmStep:
         """The film step of `dt` (s) that the `subcycles` make, with its friction. Collective."""
         ends = list(zip(subcycles.substeps, subcycles.loads, strict=True))
-        sheared = [self._frame.sheared(one.state, loads) for one, loads in ends]
+        sheared = [shearing.read(self._frame, one, loads) for one, loads in ends]
         forces = [start.mechanics.friction_force]
-        for law, loads in zip(sheared, subcycles.loads, strict=True):
-            shear = law(loads.pressure, loads.speed)[0]
+        for law, loads, end in zip(sheared, subcycles.loads, subcycles.ends, strict=True):
+            shear = shearing.shear(law, loads, end)
             forces.append(self._block.total(shear, loads.area))
         return FilmStep(dt, subcycles, sheared, forces, 0.0)
 
-    def _balance(self, sheared: Sheared, speed: SpeedLaw, load: float) -> int:
-        """Solve equilibrium under the law's shear and the plate's `load`; the Newton iterations.
+    def _balance(
+        self, sheared: Sheared, friction: Sheared, speed: SpeedLaw, load: float, slip: float
+    ) -> int:
+        """Solve equilibrium under the `friction` by the law `sheared` and the plate's `load`.
+
+        Returns the Newton iterations. slip: see `Block.balance`.
 
         At low pressure the shear fades in with a slope of several times mu. Newton's method may
         fail at a point that enters or leaves that range. Equilibrium is then solved with the fading
         held constant. The result is accepted if this hardly changes the shear.
         """
         block, values = self._block, self._block.rubber.u.x.array
-        before, friction = values.copy(), block.friction_force(sheared)
+        before, force = values.copy(), block.friction_force(sheared)
         try:
-            return block.balance(block.sliding(sheared, speed), load, friction).iterations
+            return block.balance(block.sliding(friction, speed), load, force, slip).iterations
         except NotConverged:
             values[:] = before
             held = block.contact.pressure
             block.equilibrium.forget()
-            law = block.held(sheared, speed, held)
-            iterations = block.balance(law, load, friction).iterations
+            law = block.held(friction, speed, held)
+            iterations = block.balance(law, load, force, slip).iterations
             ones, now = np.ones_like(held), block.contact
             taken, due = (sheared(p, ones)[0] for p in (held, now.pressure))
             if not self._error.is_quiet(taken.ravel(), due.ravel(), now.area.ravel()):

@@ -98,12 +98,14 @@ def step_energies(
     after: Mechanics,
     wall_heat: float,
     rubber_dissipation: float,
+    stored: float,
 ) -> Energies:
     """Energies of a step of `dt` (s) from `time` that leads from `before` to `after`. Collective.
 
     `wall_heat` (J) is the frictional heat of self-contact, `rubber_dissipation` (J) the
-    viscoelastic dissipation. The plate's force and speed are straight lines over the step, and so
-    is friction between the `forces` (N) at its start and after each of the `subcycles`.
+    viscoelastic dissipation; `stored` (J) goes into the springs of points that stick. The plate's
+    force and speed are straight lines over the step, and so is friction between the `forces` (N) at
+    its start and after each of the `subcycles`.
     """
     load, end = block.scene.load, time + dt
     times = [time, *(time + fraction * dt for fraction in subcycles.ends)]
@@ -129,6 +131,6 @@ def step_energies(
         latent_heat=total("latent_heat"),
         wall_heat=wall_heat,
         rubber_dissipation=rubber_dissipation,
-        elastic_energy=after.elastic_energy - before.elastic_energy,
+        elastic_energy=after.elastic_energy - before.elastic_energy + stored,
         kinetic_energy=after.kinetic_energy - before.kinetic_energy,
     )

@@ -48,9 +48,13 @@ class Plate:
         """
         return self._pressures.bend(time) / self._pressures.at(time), self._speeds.bend(time)
 
+    def slid(self, now: float, dt: float) -> float:
+        """Distance that the plate slides in a step of `dt` from `now` (s), m."""
+        return self._speeds.mean_between(now, now + dt) * dt
+
     def ice_passed(self, now: float, dt: float) -> float:
         """Distance that ice slides in a step of `dt` from `now` (s), m; 0 of ice at rest."""
-        return self._speeds.mean_between(now, now + dt) * dt if self.passing < np.inf else 0.0
+        return self.slid(now, dt) if self.passing < np.inf else 0.0
 
     def slip(self, rate: Rate, time: float) -> SpeedLaw:
         """Slip speed at `time` (s): speed of the plate plus rubber velocity relative to it.

@@ -96,6 +96,7 @@ def checkpoint_tables(sliding: Sliding) -> dict[str, Any]:
         "solved": now.motion[:4],
         "offset": now.offset,
         "steady": now.quiescent,
+        "stuck": now.stuck,
         "way": now.sliding_distance,
         "strongest": now.largest_friction_force,
         "layers_for": sliding.layers_for,
@@ -164,6 +165,7 @@ def resumed(
             sliding_distance=state["way"],
             largest_friction_force=state["strongest"],
             stick_points=stick_points,
+            stuck=state.get("stuck", False),
             stored=np.array(state.get("stored", ()), dtype=float),
             relaxed=_restored_relaxed(
                 block, state.get("relaxed_for", 0.0), nodes["displacements"], relaxed

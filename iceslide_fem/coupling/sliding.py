@@ -16,6 +16,7 @@ from iceslide_fem.coupling.plate import Plate
 from iceslide_fem.coupling.relaxing import relaxing
 from iceslide_fem.coupling.state import AcceptedStep, CheckpointState, CoupledState
 from iceslide_fem.coupling.step_error import LIMITS, StepError, StepLimits, StepRejected
+from iceslide_fem.coupling.sticking import friction_of
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.interface.build import film_frame_of
 from iceslide_fem.interface.film_frame import ContactLoads
@@ -68,9 +69,10 @@ class Sliding:
         if plate.passing < np.inf:  # ice moves by few cells in a step
             self._longest = min(self._longest, cells_in_a_step(scene) * plate.passing)
         error = StepError(block, self._longest, limits)
+        self._friction = friction_of(block)
         self._relaxing = relaxing(block, self.frame)
         self._drainage = drainage_of(block, self.frame)
-        laws = self.motion_law, self._relaxing, self._drainage
+        laws = self.motion_law, self._friction, self._relaxing, self._drainage
         self._step = CoupledStep(block, self.frame, plate, *laws, error)
         self._dt = self._film_dt = self._first_step
         interface = self.frame.start(scene.initial_height, block.surface.n_points)
@@ -162,6 +164,7 @@ class Sliding:
             sliding_distance=now.sliding_distance,
             largest_friction_force=now.largest_friction_force,
             stick_points=now.stick_points,
+            stuck=now.stuck,
             relaxed=now.relaxed,
             stored=now.stored,
         )
@@ -172,7 +175,8 @@ class Sliding:
         self.block.rubber.u.x.array[:] = motion.displacements
         self.block.set_stick_points(state.stick_points)
         loads = self._plate.loads(state.speed, state.offset)
-        shear = self.shear(interface, loads)
+        of_law = self.shear(interface, loads)
+        shear = self._friction.present(loads, state.shear, of_law)
         self.current = CoupledState(
             time=state.time,
             motion=motion,
@@ -184,14 +188,21 @@ class Sliding:
             quiescent=state.quiescent,
             relaxed=relaxed,
             stick_points=state.stick_points,
+            stuck=state.stuck,
             sliding_distance=state.sliding_distance,
             largest_friction_force=state.largest_friction_force,
             stored=state.stored,
         )
         self._dt, self._film_dt = state.dt, state.film_dt
 
+    def friction_stress(self) -> Array:
+        """Present friction stress on the ice at the points, (n,), Pa. Collective."""
+        now = self.current
+        of_law = self.shear(now.interface, now.loads)
+        return self._friction.present(now.loads, now.solved_shear, of_law)
+
     def shear(self, interface: InterfaceState, loads: ContactLoads) -> Array:
-        """Friction stress on the ice at the points, (n,), Pa. Collective."""
+        """Friction stress (n,), Pa, where all points slip with the speeds of `loads`."""
         return self.frame.sheared(interface, loads)(loads.pressure, loads.speed)[0]
 
     @property

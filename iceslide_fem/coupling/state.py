@@ -38,9 +38,10 @@ class CoupledState(NamedTuple):
     the contact points, (n,); interface: film and ice; mechanics: forces and stored energies;
     solved_shear: shear of the last equilibrium, (n,), Pa; quiescent: whether the shear changes so
     little that mechanics may be skipped; relaxed: internal variables, None if elastic;
-    stick_points: of self-contact, None without friction; sliding_distance: of the block over ice
-    since t = 0, m; largest_friction_force: since t = 0, N; stored: water in the sipes, (sipes,), m3
-    (m2 in a slice).
+    stick_points: of self-contact, None without friction; stuck: whether points have stuck to the
+    ice since the pass began; sliding_distance: of the block over ice since t = 0, m;
+    largest_friction_force: since t = 0, N; stored: water in the sipes, (sipes,), m3 (m2 in a
+    slice).
     """
 
     time: float
@@ -53,6 +54,7 @@ class CoupledState(NamedTuple):
     quiescent: bool
     relaxed: Relaxed | None = None
     stick_points: StickPoints | None = None
+    stuck: bool = False
     sliding_distance: float = 0.0
     largest_friction_force: float = 0.0
     stored: Array = np.zeros(0)
@@ -79,6 +81,7 @@ class CheckpointState(NamedTuple):
     sliding_distance: float
     largest_friction_force: float
     stick_points: StickPoints | None
+    stuck: bool
     relaxed: Relaxed | None
     stored: Array
 

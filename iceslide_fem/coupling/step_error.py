@@ -205,12 +205,16 @@ class StepError:
         """Whether a step of `dt` (s) is so short that the block may snap through in it."""
         return dt <= self.limits.snap_step * self._block.scene.load.duration
 
-    def of_energy(self, energies: Energies, dt: float, friction: float) -> float:
+    def of_energy(
+        self, energies: Energies, dt: float, friction: float, stuck: bool = False
+    ) -> float:
         """Error of the energy balance of a step of `dt` (s), over its limit.
 
         The reference is the energy turned over. It is small when the plate starts, stops or
         presses, and when friction under a law that is not viscous dies away. The reference is then
-        at least the work of `friction` (N) at the mean speed, and the load's work.
+        at least the work of `friction` (N) at the mean speed, and the load's work. After points
+        have `stuck`, it is at least the exchange of elastic and kinetic energy: a held block
+        swings.
         """
         taken = energies.ice_heat + energies.rubber_heat + energies.latent_heat
         turnover = max(abs(energies.friction_work), taken)
@@ -218,6 +222,8 @@ class StepError:
         if load.changes or not self._block.law.viscous:
             sliding = max(abs(friction), self.least_friction) * load.speeds.mean * dt
             turnover = max(turnover, abs(energies.load_work), sliding)
+        if stuck:
+            turnover = max(turnover, abs(energies.elastic_energy), abs(energies.kinetic_energy))
         fraction = self.limits.energy
         if self.may_snap(dt):
             fraction = max(fraction, self.limits.snap_energy * load.duration / dt)

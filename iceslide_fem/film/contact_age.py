@@ -36,8 +36,8 @@ CONTACT_AREA = AREA.column
 class ContactAge:
     """Ageing contact: its `table` at the instantaneous modulus, and the rubber's creep.
 
-    History variables of a point of the rubber: the largest p_e so far, and c_i of (2), Pa, (1 + arms, n). holds:
-    whether the largest p_e is held; it is 0 if not.
+    History variables of a point of the rubber: the largest p_e so far, and c_i of (2), Pa, (1 +
+    arms, n). holds: whether the largest p_e is held; it is 0 if not.
     """
 
     table: ContactTable

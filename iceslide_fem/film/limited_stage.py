@@ -38,7 +38,8 @@ class LimitedHeight(NamedTuple):
         = 0
 
     h_b (`dry`, m) is that at the melting point. least is 0 where nothing freezes, else minus
-    infinity. Without a limit h_b and s (`added`) are 0. The other symbols are those of `HeightEquation`.
+    infinity. Without a limit h_b and s (`added`) are 0. The other symbols are those of
+    `HeightEquation`.
     """
 
     start: Array

@@ -12,15 +12,13 @@ from typing import Any, Literal, NamedTuple, Protocol
 
 import numpy as np
 
+from iceslide_fem.film.held_surface import HeldSurface
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.film.point import CONDENSED, simulate
 from iceslide_fem.film.point_conditions import Conditions
 from iceslide_fem.film.point_result import PointResult
 from iceslide_fem.runtime.arrays import Array
-
-# Number of steps in which water freezes; first step over the whole rest.
-REST_STEPS, FIRST_REST = 80, 1e-6
 
 
 class Passes(NamedTuple):
@@ -112,23 +110,20 @@ def unfrozen(height: Array, left: Array, first: Array | float) -> tuple[Array, A
 def frozen(heat: Array, water: Array, rest: Array, ice: Column) -> tuple[Array, Array, Array]:
     """Freeze `water` (m, (n,)) within a `rest` (s).
 
-    Returns the heat state of the ice, the remaining water and the remaining time. Implicit Euler
-    steps grow by a constant factor.
+    Returns the heat state of the ice, the remaining water and the remaining time. The surface is at
+    the melting point until the water is frozen.
     """
-    solid, rest_left = ice.solid, rest
-    ends = np.geomspace(FIRST_REST, 1.0, REST_STEPS)
-    with np.errstate(divide="ignore", invalid="ignore"):  # dt is 0 without water
-        for length in np.diff(ends, prepend=0.0):
-            if not water.any():
-                break
-            dt = np.where(water > 0.0, length * rest, 0.0)
-            stored = solid.melting_enthalpy * water
-            given = np.clip(dt * ice.response(heat, dt).melted_flux, 0.0, stored)
-            given = np.where(dt > 0.0, given, 0.0)
-            heat = ice.heated(heat, dt, given)
-            water = np.where(given >= stored, 0.0, water - given / solid.melting_enthalpy)
-            rest_left = rest_left - dt
-    return heat, water, rest_left
+    solid, cold = ice.solid, heat
+    held = HeldSurface(ice, heat, solid.melting_temperature)
+    stored = solid.melting_enthalpy * water
+    at_once = np.minimum(stored, np.maximum(held.given(np.zeros_like(rest)), 0.0))
+    time = np.where(at_once < stored, held.time_of(stored, rest), 0.0)
+    given = np.clip(held.given(time), at_once, stored)
+    heat = np.where(time > 0.0, held.after(time), cold + at_once)
+    left = np.where(
+        (at_once < stored) & (time == rest), water - given / solid.melting_enthalpy, 0.0
+    )
+    return heat, left, rest - time
 
 
 def base_temperature(ice: Column, heat: Array, depth: float) -> Array:

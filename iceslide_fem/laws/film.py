@@ -193,6 +193,22 @@ class FilmLaw:
         height = self.limit.height(state.log_height) / ratio
         return self.over(Seen(height, state.internal[1], water, state.age))
 
+    def at_speed(self, state: InterfaceState, speed: float) -> InterfaceState:
+        """`state` with the shearing of its films at the slip `speed` (m/s).
+
+        Viscous shear is proportional to the speed, and the state does not have it.
+        """
+        if self.limit is None:
+            return state
+        log_viscosity, internal = np.zeros_like(state.log_height), state.internal.copy()
+        if self.water is not None:
+            log_viscosity = internal[self._viscosity_row]
+        limit = self.limit.at_viscosity(np.exp(log_viscosity))
+        height, strength = limit.height(state.log_height), internal[1]
+        rows = limit.internal(height, np.full_like(height, speed), strength)
+        internal[0] = rows[0] + log_viscosity
+        return state._replace(internal=internal)
+
     def at_start(self, film_height: float, n: int) -> Sheared:
         """The shear law of `n` films of the height (m)."""
         log_height, water, internal = self.initial(film_height, n)
@@ -289,7 +305,7 @@ class FilmLaw:
         return ramp * k * factor, (slope * k + ramp * dk_dp) * factor
 
     def contact_pressure(self, pressure: Array, water: Array, age: Array) -> Array:
-        """p_c (Pa) that asperities bear under `pressure` (Pa) with `water` (m) in the voids, (n,)."""
+        """p_c (Pa) that asperities bear under `pressure` (Pa) with `water` (m), (n,)."""
         carried = self.loads(pressure, np.ones_like(pressure), age).carried
         return pressure if carried is None else carried.contact_pressure(water)
 

@@ -186,6 +186,9 @@ class InterfaceLaw(Protocol):
     def sheared(self, state: InterfaceState, temperature: Callable[[], Array]) -> Sheared:
         """The shear law of points in `state`, on ice of `temperature` (K)."""
 
+    def at_speed(self, state: InterfaceState, speed: float) -> InterfaceState:
+        """`state` with its films sheared at the slip `speed` (m/s)."""
+
     def at_start(self, film_height: float, n: int) -> Sheared:
         """The initial shear law of `n` points, with films of the height (m) if the law has
         films.
@@ -200,7 +203,7 @@ class InterfaceLaw(Protocol):
         """
 
     def contact_pressure(self, pressure: Array, water: Array, age: Array) -> Array:
-        """p_c (Pa) that asperities bear under `pressure` (Pa) with `water` (m) in the voids, (n,)."""
+        """p_c (Pa) that asperities bear under `pressure` (Pa) with `water` (m), (n,)."""
 
     def outside(self, pressure: Array) -> Mask:
         """Mask of pressures for which the law has no data."""

@@ -80,6 +80,10 @@ class UserLaw:
         """The shear law in `state`, on ice of `temperature` (K)."""
         return self._over(state.internal, temperature())
 
+    def at_speed(self, state: InterfaceState, speed: float) -> InterfaceState:
+        """The state: there is no film."""
+        return state
+
     def at_start(self, film_height: float, n: int) -> Sheared:
         """Shear of `n` points at the start."""
         return self._over(self._internal(n), np.full(n, self._temperature))

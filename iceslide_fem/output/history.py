@@ -97,7 +97,7 @@ def interface_fields(sliding: Sliding, accepted: AcceptedStep | None) -> dict[st
     always = ("contact pressure (Pa)", "friction stress (Pa)")
     fields = {
         "contact pressure (Pa)": current.contact.pressure,
-        "friction stress (Pa)": sliding.shear(current.interface, current.loads),
+        "friction stress (Pa)": sliding.friction_stress(),
         "film height (m)": sliding.frame.film_height(current.interface, current.loads),
         "squeezed height (m)": squeezed,
         "surface temperature (degC)": _surface(sliding, current) - ZERO_CELSIUS,

@@ -42,6 +42,10 @@ from iceslide_fem.scene.tables import too_soft
 # fifth. Under a law that is not viscous the block is solved for small changes of friction, and the
 # residual must be smaller than these: both are reduced to a tenth.
 EQUILIBRIUM_SHARE, FRICTION_SHARE, INERTIA, NOT_VISCOUS = 5e-3, 5e-2, 0.2, 0.1
+# After points have stuck, the residual would move the block by at most this fraction of its slip in
+# the step. Otherwise the slip speed of points that break loose is noise in short steps, and their
+# heat does not close the energy balance.
+SLIP_SHARE = 1e-3
 # Slip at which static friction is fully mobilised, over the height.
 STICK_SHARE = 1e-3
 # Function of the displacement along x (f, q): slip speed (m/s), and its derivative (1/s).
@@ -73,17 +77,25 @@ class Block:
         """Contact at the present displacements."""
         return contact_state(self.surface, self.rubber.displacements, self.equilibrium.penalty)
 
-    def balance(self, law: TractionLaw, load: float = 1.0, friction: float = np.inf) -> Solution:
+    def balance(
+        self,
+        law: TractionLaw,
+        load: float = 1.0,
+        friction: float = np.inf,
+        slip: float = np.inf,
+    ) -> Solution:
         """Find equilibrium under `load` times the plate's force. Raises NotConverged.
 
         friction: friction force of the law, N, of the mesh. The residual is also small relative to
-        it, unless it is 0.
+        it, unless it is 0. slip: distance (m) relative to which the block's shear has to be exact.
         """
         force = self.force * load
         scale = EQUILIBRIUM_SHARE * force
         if friction > 0.0:
             scale = min(scale, FRICTION_SHARE * friction)
-        return self.equilibrium.solve(force, law, self._tolerance * scale)
+        stiffness = self.scene.mooney_rivlin.shear_modulus * self.area / self.height
+        residual = min(self._tolerance * scale, SLIP_SHARE * stiffness * slip)
+        return self.equilibrium.solve(force, law, residual)
 
     def balance_under_held_plate(self, law: TractionLaw) -> Solution:
         """Find equilibrium with the plate held at its present position. Raises NotConverged."""

@@ -193,7 +193,7 @@ def _results(passes: list[PassRow], rows: list[HistoryRow]) -> dict[str, Any]:
         "mu_mean": float(np.mean([one.mu_mean for one in passes])),
         "mu_end": passes[-1].mu_end,
         "melt_onset_s": melted[0] if melted else None,
-        "saturation_s": None,
+        "saturation_s": next((row.time_s for row in rows if row.saturated_fraction), None),
         "steps": sum(one.steps for one in passes),
         "rejected_steps": sum(one.rejected_steps for one in passes),
         "passes": len(passes),

@@ -197,9 +197,7 @@ def _friction_without_film(
 ) -> Array:
     """The same under a law without a film, at least with the coefficient `NO_FRICTION`."""
     n, cold = pressure.size, np.full(pressure.size, scene.ice.temperature)
-    one, speed = (
-        Course(Curve.of(value), duration) for value in (1.0, scene.load.speeds.mean)
-    )
+    one, speed = (Course(Curve.of(value), duration) for value in (1.0, scene.load.speeds.mean))
     drive = LawDrive(law, one, speed, pressure)
     below = ice_below(ice, scene.ice.temperature, duration, scene.ice.solid)
     start = InterfaceState(*law.initial(scene.initial_height, n)[:2], below.initial(n))

@@ -188,7 +188,7 @@ class Film(Table):
     dry_residual: Annotated[float, Quantity("K", "0 K", "200 K")] = key(
         RESIDUAL,
         "If `film.dry_stress` is a number: how far above the melting point it would reach 0. "
-        "With 0 the ice never melts.",
+        "With 0 the ice never melts. With `film.dry_softening`.",
     )
     refreeze: Literal["nothing", "film", "all", "area"] | None = key(
         None,

@@ -146,7 +146,7 @@ class Ice(Table):
         0.0,
         'Height of the water on the ice at first, with `film.voids = "carry"`. Or rows `[x, '
         "water]`: x is a place on the ice from -10 m to 100 m, and 0 is below the middle of the"
-        " block at the start.",
+        " block at the start. Water that melts or freezes is counted with the density of ice.",
     )
 
     @model_validator(mode="after")

@@ -11,6 +11,8 @@ from typing import Any, NamedTuple
 
 from pydantic import BaseModel
 
+from iceslide_fem.scene.film import RESIDUAL
+
 
 class Is(NamedTuple):
     """A condition on a key, or on another attribute of the tables: it is one of `values`, or none
@@ -218,6 +220,10 @@ RULES = (
          f"rubber.heat = false, or {FE}"),
     Rule((DRY, OTHER_LAW), "it limits the shear of films", OF_FILMS),
     Rule((DRY, ROWS_OF_VISCOSITY), "the strength is that at one viscosity", "one viscosity"),
+    Rule((Is("film.dry_residual", besides=(RESIDUAL,), shown="film.dry_residual"),
+          Is("film.dry_softening", (None,), shown="no film.dry_softening")),
+         "a stress that does not fall reaches 0 nowhere above the melting point",
+         "film.dry_softening, or no film.dry_residual"),
     Rule((DRY, EXPLICIT), "the stress follows the temperature that it makes", IMPLICIT),
     Rule((SOFTENS, BLOCKS, Is("rubber.inertia", (False,))),
          "dry friction that weakens by its own heat has no motion without inertia "

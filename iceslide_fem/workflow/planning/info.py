@@ -10,6 +10,7 @@ from iceslide_fem.film.loads import squeeze_rate
 from iceslide_fem.film.shear_strength import shear_strength, shearing_height
 from iceslide_fem.laws.protocol import InterfaceLaw
 from iceslide_fem.laws.table import law_of
+from iceslide_fem.runs.doubts import LATERAL_FRACTION, sideways
 from iceslide_fem.runs.simplifications import simplifications
 from iceslide_fem.runtime.units import readable
 from iceslide_fem.scene import Scene
@@ -19,11 +20,6 @@ from iceslide_fem.scene.materials import BAR
 from iceslide_fem.workflow.planning.cost import estimate
 from iceslide_fem.workflow.planning.passes import Row, describe_passes
 from iceslide_fem.workflow.planning.regime import aged_contact, regime, relaxation_rows
-
-# Largest sqrt(alpha t) over the contact's shortest side for which columns of ice suffice. At 0.09
-# columns change the mean mu by 0.8 %, and cold ice beside the contact changes it by 2.7 % (slice of
-# thesis_1bar; docs/validation/published.md).
-LATERAL_FRACTION = 0.1
 
 
 def describe(scene: Scene) -> list[Row]:
@@ -68,21 +64,17 @@ def _load(scene: Scene) -> list[Row]:
 
 
 def _heat(scene: Scene, size: tuple[float, ...]) -> list[Row]:
-    """Depth sqrt(alpha t) warmed in time t, and Peclet number v L / alpha.
-
-    Heat diffuses as far sideways as downwards. The relative error of columns of ice is of the order
-    of sqrt(alpha t) over the contact's shortest side.
-    """
+    """Depth sqrt(alpha t) warmed in time t, and Peclet number v L / alpha."""
     v, L, duration = scene.load.speeds.mean, size[0], scene.load.duration
     heated, when = duration, "√(α t) at the end"
-    if scene.ice.motion == "sliding" and scene.model != "point":
+    if scene.ice.motion == "sliding":
         heated, when = min(duration, L / v), "√(α t) after the time under the block"
     diffusivity = scene.ice.solid.diffusivity
     thermal = sqrt(diffusivity * heated)
     in_rubber = sqrt(scene.rubber.solid.diffusivity * duration)
-    lateral = thermal / min(size[:-1])
-    sideways = "take continuum ice" if scene.ice.is_half_space else "take ice on a mesh"
-    enough = "columns of ice suffice" if lateral <= LATERAL_FRACTION else sideways
+    lateral = sideways(scene)
+    finer = "take continuum ice" if scene.ice.is_half_space else "take ice on a mesh"
+    enough = "columns of ice suffice" if lateral <= LATERAL_FRACTION else finer
     worth = f"√(α t) / L: {enough}; at 0.09 worth 0.8 % of mean μ, 3 % with cold ice beside"
     return [
         Row("heat", "warm layer in ice", readable(thermal, "m"), when),
