@@ -15,15 +15,11 @@ from iceslide_fem.film.loads import squeeze_rate  # noqa: E402
 from iceslide_fem.film.runge_kutta import INTEGRATORS  # noqa: E402
 from iceslide_fem.interface.film_frame import ContactLoads  # noqa: E402
 from iceslide_fem.interface.ice_columns import GridColumns  # noqa: E402
-from iceslide_fem.interface.on_ice import (
-    OnIce,  # noqa: E402
-    moved_by_a_cell,  # noqa: E402
-)
+from iceslide_fem.interface.moving_water import moved, moved_by_a_cell  # noqa: E402
+from iceslide_fem.interface.on_ice import OnIce  # noqa: E402
 from iceslide_fem.interface.surface_grid import SurfaceGrid  # noqa: E402
 from iceslide_fem.laws.film import FilmLaw  # noqa: E402
 from iceslide_fem.mesh.ice import window_cell  # noqa: E402
-from iceslide_fem.runtime.errors import SceneError  # noqa: E402
-from iceslide_fem.scene import scene_from_dict  # noqa: E402
 from iceslide_fem.scene.contact_table import ConstantContact  # noqa: E402
 
 pytestmark = pytest.mark.fe
@@ -161,6 +157,20 @@ def test_one_move_by_hand():
     assert moved.sum() + lost.sum() == 2.0 * height.sum()
 
 
+def test_water_flows_by_parts_of_cells():
+    """To the last drop, and as whole cells do; a front stays sharp."""
+    height, covered = np.array([5.0, 1.0, 2.0, 3.0, 4.0, 7.0]), np.array([0, 0, 1, 1, 1, 0]) > 0
+    np.testing.assert_array_equal(moved(height, covered, 1.0), [5.0, 1.0, 0.0, 2.0, 7.0, 7.0])
+    half = moved(height, covered, 0.5)
+    np.testing.assert_allclose(half, [5.0, 1.0, 1.0, 2.375, 5.625, 7.0])
+    front, everywhere = np.where(np.arange(200) < 40, 2.0, 1.0), np.ones(200, dtype=bool)
+    for _ in range(200):
+        front = moved(front, everywhere, 0.5)
+    assert front.sum() == pytest.approx(240.0, rel=1e-14)
+    steep = np.flatnonzero((front[115:] > 1.05) & (front[115:] < 1.95)) + 115
+    assert 133 < steep.min() and steep.max() < 147
+
+
 def test_of_a_run_the_history_has_all_water():
     """Squeezed out is what lies below, beside, and is lost; films feel it where voids fill."""
     small = dict(rubber__length="1 mm", load__duration="1 ms", film__H_V="0.04 um")
@@ -178,10 +188,3 @@ def test_of_a_run_the_history_has_all_water():
     assert ends[1]["water_below_m3"] == pytest.approx(2.0 * ends[0]["water_below_m3"], rel=0.02)
     assert ends[2]["saturated_fraction"] > 0.9 and ends[2]["mu"] < 0.95 * ends[1]["mu"]
     assert ends[2]["water_left_m3"] < 0.05 * ends[2]["water_squeezed_m3"]
-
-
-def test_a_point_of_passing_ice_has_no_water_that_lags_behind():
-    scene = passing().as_dict()
-    scene["model"], scene["film"]["water_speed"] = "point", 0.5
-    with pytest.raises(SceneError, match="film.water_speed and model"):
-        scene_from_dict(scene)

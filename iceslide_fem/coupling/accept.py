@@ -113,7 +113,12 @@ class Acceptance:
             raise StepRejected("the block leaves its window of ice", 0.25)
         before = start.loads, loads, start.sliding_distance
         moved, wiped = frame.water_moved(after.interface, *before)
-        after = after._replace(interface=moved)
+        if moved is not after.interface:
+            # The next step begins with the friction above the moved water.
+            shear = frame.sheared(moved, loads)(loads.pressure, loads.speed)[0]
+            force = block.total(shear, loads.area)
+            mechanics = after.mechanics._replace(friction_force=force)
+            after = after._replace(interface=moved, mechanics=mechanics)
         drained = self._drainage.after(start, after, subcycles, wiped)
         distance = start.sliding_distance + (loads.offset - start.loads.offset)
         shifted = frame.shift_window(drained.interface, loads.offset, distance)

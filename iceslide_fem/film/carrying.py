@@ -8,6 +8,10 @@ sheared, as a film of the height W over the fraction p_f / p of the area:
     dW/dt = K3(p_c) h^3 + m_W - p_f W^3 / (eta B^2)                        (2)
 
 m_W: water that melts and freezes in the voids, by area (`phase`), else 0.
+
+Where ice passes below rubber, water between both moves with a fraction f of the ice's speed,
+sheared by Couette's profile with 1/2. Its flux f W over the ice's speed is then what (2) changes,
+and the state: a layer on the ice. Deeper water W lies below the rubber. All methods take the state.
 """
 
 from __future__ import annotations
@@ -57,7 +61,8 @@ class Carried(NamedTuple):
     pressure: over the contact part of a place, Pa; cover: fade-in factor of the shear times the
     contact fraction of the place; viscosity: eta, Pa s; softness: of aged contact, p_e / p; least:
     water that does not count, m (`wet`); at_melting: where water holds the
-    ice's surface at T_m in a step.
+    ice's surface at T_m in a step; flows: speed of the water over that of the ice, both relative to
+    the rubber, where ice passes (`moving`).
     """
 
     voids: Voids
@@ -67,6 +72,7 @@ class Carried(NamedTuple):
     softness: Array | float = 1.0
     least: float = 0.0
     at_melting: Mask | None = None
+    flows: Array | float = 1.0
 
     def take(self, index: Index) -> Carried:
         """The voids at `index`."""
@@ -81,6 +87,7 @@ class Carried(NamedTuple):
             of(self.viscosity),
             of(self.softness),
             self.least,
+            flows=of(self.flows),
         )
 
     def wet(self, water: Array) -> Mask:
@@ -89,7 +96,7 @@ class Carried(NamedTuple):
         A film that ice begins with without melting may be squeezed out into the voids. It stands
         for dry contact, and does not count as water.
         """
-        return np.asarray((self.pressure > 0.0) & (water > self.least))
+        return np.asarray((self.pressure > 0.0) & (water > self.least * self.flows))
 
     def begun(self, water: Array, molten: Mask) -> Carried:
         """The voids in a step that begins with `water` (m), where the ice was `molten` or not."""
@@ -130,23 +137,24 @@ class Carried(NamedTuple):
     def held(self) -> Array:
         """H_V (m) under all of the pressure; that of the least pressure without any."""
         least = self.voids.table.pressure[0]
-        return self.voids.held(np.maximum(self.pressure * self.softness, least))
+        return self.flows * self.voids.held(np.maximum(self.pressure * self.softness, least))
 
     def contact_pressure(self, water: Array) -> Array:
         """p_c (Pa) with `water` (m) in the voids."""
         p = np.maximum(self.pressure, 0.0)
-        return np.minimum(p, self.voids.carried(water) / self.softness)
+        return np.minimum(p, self.voids.carried(water / self.flows) / self.softness)
 
     def sharing(self, water: Array, speed: Array) -> Sharing:
         """Load sharing with `water` (m) in the voids, at a slip `speed` (m/s)."""
         p, solid = np.maximum(self.pressure, 0.0), self.contact_pressure(water)
+        depth = water / self.flows
         k, D = self.voids.contact(solid * self.softness)
         whole_k, whole_D, _, _ = self.voids.table(p * self.softness)
         share = np.divide(solid, p, out=np.ones_like(p), where=p > 0.0)
         shear = self.viscosity * speed * (1.0 - share) * self.cover
-        thick = np.divide(shear, water, out=np.zeros_like(p), where=share < 1.0)
+        thick = np.divide(shear, depth, out=np.zeros_like(p), where=share < 1.0)
         held = self.voids.held(np.maximum(solid * self.softness, np.finfo(float).tiny))
-        filled = np.minimum(np.maximum(water, 0.0) / held, 1.0)
+        filled = np.minimum(np.maximum(depth, 0.0) / held, 1.0)
         squeeze = share * (whole_D / D) ** 2
         return Sharing(k / whole_k, squeeze, p - solid, thick, k, filled)
 
@@ -175,7 +183,9 @@ class Beside(NamedTuple):
         """
         carried = self.carried
         pressure = np.maximum(carried.pressure, 0.0)
-        held = carried.voids.held(np.maximum(pressure * carried.softness, np.finfo(float).tiny))
+        held = carried.flows * carried.voids.held(
+            np.maximum(pressure * carried.softness, np.finfo(float).tiny)
+        )
         if self.by_area:
             _, left = self._with(np.zeros_like(held), ice)
             moves, low = left > GONE * held, np.full_like(held, DRIEST)
@@ -212,7 +222,8 @@ class Beside(NamedTuple):
         """The stage with the load sharing of `water` (m), and the water left in the voids (m)."""
         carried, shared = self.carried, self.carried.sharing(water, self.speed)
         warms = shared.thick * self.speed
-        out = carried.voids.outflow(shared.borne, water, carried.viscosity)
+        depth = water / carried.flows
+        out = carried.voids.outflow(shared.borne, depth, carried.viscosity) / carried.flows
         wet, phase, left = np.zeros(warms.shape, dtype=bool), None, self.water
         if self.by_area:
             assert carried.at_melting is not None

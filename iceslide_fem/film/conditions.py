@@ -141,7 +141,7 @@ def scene_passes(scene: Scene) -> Passes:
     """Passes of the scene over the same ice, or of rows of blocks."""
     rubber, load, film = scene.rubber, scene.load, scene.film
     if rubber.row_pitch is not None:
-        return Passes(rubber.rows, rubber.row_pitch / load.speeds.mean, "keep", film.water_speed)
+        return Passes(rubber.rows, rubber.row_pitch / load.speeds.mean, "keep", scene.water_speed)
     return Passes(load.passes, load.period or load.duration, film.between)
 
 

@@ -202,7 +202,7 @@ def _sliding(block: Block, duration: Array) -> OnRubber | OnIce:
     if on_ice and law.has_film:
         over = _rubber_over_grid(scene, ice.grid, duration)
         films = cast(FilmLaw, law)  # the law that has films
-        return OnIce(films, ice, scene.initial_height, over, scene.film.water_speed)
+        return OnIce(films, ice, scene.initial_height, over, scene.water_speed)
     frame = UserLawOnIce if on_ice else OnRubber
     return frame(law, ice, rubber_columns(scene, duration))
 

@@ -9,34 +9,13 @@ from iceslide_fem.film.law import log_shearing
 from iceslide_fem.film.loads import FilmLoads
 from iceslide_fem.film.runge_kutta import Integrator
 from iceslide_fem.interface.film_frame import ContactLoads, InterfaceStep, Shifted, fresh
+from iceslide_fem.interface.moving_water import HALF, by_cells, flowing
 from iceslide_fem.interface.rubber_mesh import InsulatedOverGrid, RubberOverGrid
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Recent
 from iceslide_fem.interface.window import RECENT, PassingIce, place, reaches, shifted, whole_cells
 from iceslide_fem.laws.film import FilmLaw
 from iceslide_fem.laws.protocol import Sheared
 from iceslide_fem.runtime.arrays import Array, Index, Mask
-
-HALF = 0.5  # least covered fraction of a covered node's cell
-
-
-def cells_passed(start: float, end: float, cell: float) -> int:
-    """Cells by which water moves while its characteristics go from `start` to `end` (m)."""
-    first, last = (int(np.floor(distance / cell + 0.5 + 1e-9)) for distance in (start, end))
-    return last - first
-
-
-def moved_by_a_cell(height: Array, covered: Mask, free: Array) -> tuple[Array, Array]:
-    """Heights (m) after water below the rubber moves by one cell in +x, and the lost water.
-
-    Arrays have the grid's shape, x first. A covered node takes the water of the node behind it,
-    also if the rubber has left that node since the last move. The foremost covered node also keeps
-    its own water, up to its `free` height (m) H_V. The rest is pushed out.
-    """
-    behind, ahead = np.zeros_like(height), np.zeros_like(covered)
-    behind[1:], ahead[:-1] = height[:-1], covered[1:]
-    moved = np.where(covered, behind, 0.0) + np.where(ahead, 0.0, height)
-    lost = np.where(covered & ~ahead, np.maximum(moved - np.maximum(free, behind), 0.0), 0.0)
-    return moved - lost, lost
 
 
 class OnIce:
@@ -62,6 +41,7 @@ class OnIce:
         self.ice, self.rubber = ice, rubber or InsulatedOverGrid()
         self._law = law
         self._fresh_height, self._drag = film_height, 1.0 - water_speed
+        self._move = by_cells if law.wet is None else flowing
         young = law.untouched(0)
 
         def found(contact: ContactLoads) -> tuple[Mask, FilmLoads]:
@@ -153,28 +133,18 @@ class OnIce:
     def water_moved(
         self, state: InterfaceState, start: ContactLoads, end: ContactLoads, sliding_distance: float
     ) -> tuple[InterfaceState, Array]:
-        """Move water below the rubber cell by cell, at its fraction of the speed. Collective.
-
-        Leading edges wipe off a part of the water. Water for which the voids have no room is pushed
-        out.
-        """
+        """Move water below the rubber at its fraction of the speed (`moving_water`). Collective."""
         if self._drag == 0.0:
             return state, np.zeros_like(state.log_height)
         grid = self.ice.grid
         cell = float(grid.lines[0][1] - grid.lines[0][0])
         height, cover = grid.allgather(state.squeezed_height), self._cover(end)
-        touched = (cover > 0.0) & (self._cover(start) == 0.0)
-        lost = np.where(touched, self._drag * height, 0.0)
-        height = (height - lost).reshape(grid.shape)
-        here, there = (
-            self._drag * sliding_distance,
-            self._drag * (sliding_distance + end.offset - start.offset),
-        )
-        for _ in range(cells_passed(here, there, cell)):
-            _, loads = self.on_nodes(end, state.age)
-            free = grid.allgather(loads.free_height).reshape(grid.shape)
-            height, pushed = moved_by_a_cell(height, (cover > HALF).reshape(grid.shape), free)
-            lost += pushed.ravel()
+        covers = (part.reshape(grid.shape) for part in (self._cover(start), cover))
+        _, loads = self.on_nodes(end, state.age)
+        free = grid.allgather(loads.free_height).reshape(grid.shape)
+        way = sliding_distance / cell, (sliding_distance + end.offset - start.offset) / cell
+        height, lost = self._move(height.reshape(grid.shape), *covers, free, self._drag, *way)
+        lost = lost.ravel()
         height = height.ravel()[grid.own]
         return state._replace(squeezed_height=height), (grid.cell_area * lost)[grid.own]
 

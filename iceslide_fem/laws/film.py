@@ -34,6 +34,7 @@ from iceslide_fem.scene.materials import MELTING_TEMPERATURE, WATER_VISCOSITY
 # with pressure would exceed this friction coefficient: points that touch and lift under a
 # coefficient of hundreds have several equilibria.
 RAMP_SHARE, STEEPEST_RAMP = 0.05, 10.0
+NOTHING = 1e-15  # m, capacity of voids whose water does not move: they are full
 YOUNG = np.zeros((0, 1))  # history of a contact that does not age
 
 
@@ -70,7 +71,7 @@ class FilmLaw:
     for squeeze-out instead of the local one, or None; ramp_pressure: pressure (Pa) over which shear
     fades in, because film shear does not vanish with p and would jump at touchdown; viscosity:
     eta_0 of water, Pa s. Components are None if the law does not have them; refreeze: which water
-    freezes.
+    freezes; flows: speed of water over that of ice that passes (`film.carrying`), below points.
     """
 
     contact: AnyContact
@@ -83,6 +84,7 @@ class FilmLaw:
     age: ContactAge | None = None
     wet: WetVoids | None = None
     refreeze: Refreeze = "nothing"
+    flows: float = 1.0
     fault: str | None = None
     has_film: bool = True
 
@@ -159,16 +161,18 @@ class FilmLaw:
         if self.wet is not None:
             softness = 1.0 if self.age is None else self.age.so_far(age).softness(p)
             first = self.first.height
-            carried = Carried(self.wet.voids, pressure, ramp, self.viscosity, softness, first)
+            data = self.wet.voids, pressure, ramp, self.viscosity, softness, first
+            carried = Carried(*data, flows=self.flows)
         p, k = np.where(pressure > 0.0, p, 0.0), ramp * k
         components = self.water, self.limit, carried, self.refreeze
-        return film_loads(p, speed, k, D, H_V, self.viscosity, *components)
+        room = np.maximum(self.flows * H_V, NOTHING) if self.flows != 1.0 else H_V
+        return film_loads(p, speed, k, D, room, self.viscosity, *components)
 
     def initial(self, film_height: float, n: int) -> tuple[Array, Array, Array]:
         """Films of the height (m) on ice at its initial temperature, with the water on it."""
         heights = np.full(n, film_height)
         log_height, internal = self.films(heights, np.full(n, self.first.temperature))
-        return log_height, self.brought(np.zeros(n)), internal
+        return log_height, self.flows * self.brought(np.zeros(n)), internal
 
     def brought(self, x: Array) -> Array:
         """Water height (m) on the ice at positions `x` (m)."""
@@ -244,6 +248,12 @@ class FilmLaw:
         drag = self.limit.drag(speed)
         dry = np.minimum(drag / internal[1], whole)
         return self.over(Seen(whole - dry, drag / dry, None, age))
+
+    def water_height(self, state: InterfaceState) -> Array:
+        """Height (m) of squeezed-out water below the rubber, (n,)."""
+        return (
+            np.asarray(state.squeezed_height / self.flows) if self.flows else state.squeezed_height
+        )
 
     def reported(self, internal: Array, pressure: Array, age: Array) -> Mapping[str, Array]:
         """The `columns` from internal variables (m, n) and histories under `pressure` (Pa)."""
@@ -332,6 +342,7 @@ def film_law(scene: Scene) -> FilmLaw:
         freezes = scene.refreeze != "nothing"
         limit = LimitingShear.of(strength, scene.viscosity, speeds.largest, freezes)
         height = shearing_height(scene, speeds.largest)
+    passes = scene.model == "point" and scene.ice.motion == "sliding"
     if scene.film.voids == "carry":
         assert isinstance(contact, ContactTable)  # by the scene's validation
         lugs = lugs_of(scene.rubber, wide=scene.model != "block")
@@ -353,6 +364,7 @@ def film_law(scene: Scene) -> FilmLaw:
         contact_age(scene),
         wet,
         scene.refreeze,
+        scene.water_speed if passes else 1.0,
     )
 
 

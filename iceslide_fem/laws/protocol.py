@@ -197,6 +197,9 @@ class InterfaceLaw(Protocol):
     def film_height(self, state: InterfaceState) -> Array:
         """Film heights (n,), m; NaN for a law without films."""
 
+    def water_height(self, state: InterfaceState) -> Array:
+        """Height (m) of squeezed-out water below the rubber, (n,)."""
+
     def reported(self, internal: Array, pressure: Array, age: Array) -> Mapping[str, Array]:
         """Column -> values, SI, of internal variables (m, n) and histories of the contact under
         pressures (Pa), (n,).

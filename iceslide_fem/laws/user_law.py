@@ -92,6 +92,10 @@ class UserLaw:
         """NaN: there is no film."""
         return np.full_like(state.log_height, np.nan)
 
+    def water_height(self, state: InterfaceState) -> Array:
+        """That of the state."""
+        return state.squeezed_height
+
     def reported(self, internal: Array, pressure: Array, age: Array) -> Mapping[str, Array]:
         """The fields under their column names."""
         return dict(zip(self.columns, internal, strict=True))

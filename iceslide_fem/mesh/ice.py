@@ -71,7 +71,7 @@ def window_cell(scene: Any) -> float:
 
 def cells_in_a_step(scene: Any) -> int:
     """Number of cells of sliding ice that the block may pass in a step; one with moving water."""
-    return MOST_CELLS if scene.film.water_speed == 1.0 else 1
+    return MOST_CELLS if scene.water_speed == 1.0 else 1
 
 
 def window_lines(scene: Any, footprint: Sequence[tuple[float, float]]) -> list[Lines]:

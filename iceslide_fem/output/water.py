@@ -48,7 +48,8 @@ def water_columns(sliding: Sliding, ledger: Ledger, water: Array) -> dict[str, f
 class PointWater:
     """The same for a point that represents a block of this `area` (m2), step by step.
 
-    All outflow is pushed out, because a point has no sipes.
+    All outflow is pushed out, because a point has no sipes, and what lags behind the ice where it
+    enters.
     """
 
     def __init__(self, law: InterfaceLaw, area: float) -> None:
@@ -62,9 +63,10 @@ class PointWater:
         law = self._law
         if law.wet is None:
             return {}
-        water = float(state.squeezed_height[0])
-        if step is None:
+        water = float(law.water_height(state)[0])
+        if step is None:  # the voids take in a layer as deep as that on the ice
             self._brought = self._area * water
+            self.pushed_out = self._brought - self._area * float(state.squeezed_height[0])
         else:
             self.pushed_out += self._area * float(step.flowed_out[0])
         solid = law.contact_pressure(np.array([pressure]), state.squeezed_height, state.age)

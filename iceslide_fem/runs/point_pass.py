@@ -63,7 +63,8 @@ class PointRows:
                 self._energies[name] += area * float(getattr(step, name)[0])
         work, *taken = self._energies.values()
         missing = reduce(sub, taken, work)
-        pressure, squeezed = load.pressures.at(time), float(state.squeezed_height[0])
+        pressure = load.pressures.at(time)
+        squeezed = float(self._law.water_height(state)[0])
         known = {
             "step_s": dt,
             "mu": shear / pressure,

@@ -175,7 +175,7 @@ def _pass_row(
         ends - ZERO_CELSIUS,
         _base(scene, ice, end.state.ice),
         float(law.film_height(end.state)[0]),
-        float(end.state.squeezed_height[0]),
+        float(law.water_height(end.state)[0]),
         last.friction_work_J,
         len(history) - 1,
         int(end.rejected[0]),

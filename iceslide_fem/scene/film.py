@@ -167,11 +167,12 @@ class Film(Table):
         "Heat conductance from the film to the ice and to the rubber, with `rubber.heat`. "
         "Without it 2 k_w / h, with the conductivity k_w of water.",
     )
-    water_speed: Annotated[float, Quantity("", "0", "1")] = key(
-        1.0,
+    water_speed: Annotated[float, Quantity("", "0", "1")] | None = key(
+        None,
         "Speed of squeezed-out water relative to the rubber, over the sliding speed. 1: it "
-        "moves with the ice. 0.5: Couette flow. 0: it moves with the rubber. For a slice or "
-        "block over sliding ice that carries the films.",
+        "moves with the ice. 0.5: Couette flow. 0: it moves with the rubber. For sliding ice that "
+        "carries the films. Without it 0.5 where `film.voids` carry, whose water is sheared so, "
+        "else 1.",
     )
     dry_stress: Annotated[Any, DRY_STRESS] | None = key(
         None,
@@ -195,7 +196,7 @@ class Film(Table):
         "Which water freezes where friction does not hold the surface at the melting point: "
         "`nothing`, the `film`, or `all` water, also that which has been squeezed out, with "
         "`film.dry_stress`; by `area` films and the water of voids that carry, each by its part of "
-        "the area. Without it `area` with `ice.water`, else `nothing`.",
+        "the area. Without it `area` with `ice.water` where films belong to the ice, else `nothing`.",
     )
     between: Literal["freeze", "drain", "keep"] = key(
         "freeze",

@@ -35,6 +35,8 @@ FILE_KEYS = (
     ("friction", "table"),
 )  # table and key of file names
 
+COUETTE = 0.5  # mean speed of water between rubber and ice at rest, over the sliding speed
+
 
 class Scene(Tables):
     """A complete scene: its tables without contradiction, and what follows from them."""
@@ -74,7 +76,17 @@ class Scene(Tables):
     @property
     def refreeze(self) -> Literal["nothing", "film", "all", "area"]:
         """Which water freezes: `film.refreeze`, or its default."""
-        return self.film.refreeze or ("area" if self.ice.is_wet else "nothing")
+        if self.film.refreeze is not None:
+            return self.film.refreeze
+        with_ice = self.film.carrier == "ice" or self.ice.motion == "attached"
+        return "area" if self.ice.is_wet and with_ice else "nothing"
+
+    @property
+    def water_speed(self) -> float:
+        """Speed of water relative to the rubber over the sliding speed: given, or its default."""
+        if self.film.water_speed is not None:
+            return self.film.water_speed
+        return COUETTE if self.film.voids == "carry" else 1.0
 
     @property
     def mooney_rivlin(self) -> MooneyRivlin:

@@ -171,9 +171,6 @@ RULES = (
     Rule((Is("film.carrier", ("rubber",)), POINT), f"{ON_A_POINT}, and so is its history",
          f'{FE}, or film.carrier = "ice"', (SLIDING, Is("friction.law", besides=("coulomb",)))),
     Rule((WARM_RUBBER, POINT), ON_A_POINT, FE, (SLIDING,)),
-    Rule((Is("film.water_speed", besides=(1.0,)), POINT),
-         f"{ON_A_POINT}, and so is water that lags behind", f"{FE}, or film.water_speed = 1",
-         (SLIDING, FILM_LAW)),
     Rule((HALF_SPACE, SLIDING), CLOSED_FORM, "'column', 'continuum' or 'mesh'"),
     Rule((CHANGES, POINT), "where ice slides points that enter the contact one after the "
          "other see other loads", f'{FE}, or ice.motion = "attached"', (SLIDING,)),
@@ -207,6 +204,7 @@ RULES = (
             (Is("rubber.mesh"), "rubber.length and rubber.sipes"),
             (WARM_RUBBER, "rubber.heat = false"),
             (Is("film.pressure", ("nominal",)), "'local'"),
+            (Is("film.water_speed", (0.0,), shown="film.water_speed = 0"), "more than 0"),
             (REFREEZES, 'film.refreeze = "area" or "nothing"'),
             (OTHER_LAW, OF_FILMS),
             (EXPLICIT, IMPLICIT),

@@ -29,7 +29,7 @@ from iceslide_fem.scene.command_options import (
 from iceslide_fem.scene.contact_table import ConstantContact, ContactTable
 from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.materials import CONTACT_TABLES
-from iceslide_fem.scene.rules import TOGETHER, Is, Rule
+from iceslide_fem.scene.rules import Rule
 from iceslide_fem.scene.units import Quantity
 
 # A pixel passes below the rubber as a point of attached ice does.
@@ -62,10 +62,6 @@ class FilmOptions(CommandOptions):
     group = "The film and the ice below it"
     rules: ClassVar[Sequence[Rule]] = (
         Rule((given("contact"), given("contact_age")), "the scene has a table"),
-        Rule(
-            (given("water"), Is("water_speed", besides=(1.0,), shown="--water-speed below 1")),
-            TOGETHER, "water that stays with the ice",
-        ),
     )  # fmt: skip
     parts: ClassVar[Sequence[Part]] = ((("lug",), "water on the ice", "water"),)
 
@@ -86,7 +82,7 @@ class FilmOptions(CommandOptions):
     )  # fmt: skip
     melting_temperature: float = scene_option("ice.melting_temperature")
     latent_heat: float = scene_option("ice.latent_heat")
-    water_speed: float = scene_option("film.water_speed")
+    water_speed: float | None = scene_option("film.water_speed")
     viscosity: float | Path = scene_option("water.viscosity")
     initial_height: float | Path = scene_option("film.initial_height")
     dry_stress: float | Path | None = scene_option("film.dry_stress")

@@ -135,7 +135,8 @@ def films_along(
     limit, eta = ride.limit, viscosity[path.line]
     of_pixels = variable_viscosity and variable_viscosity.take(path.line)
     dry = float(np.max(ride.initial_height))
-    carried = ride.wet and ride.wet.carried(path.pressure, contact_of, eta, dry)
+    layer = share[path.line]
+    carried = ride.wet and ride.wet.carried(path.pressure, contact_of, eta, dry, layer)
     limit = limit and limit._replace(viscosity=eta)
     components = of_pixels, limit, carried, ride.refreeze
     loads = film_loads(path.pressure, sliding, k, D, voids, eta, *components)

@@ -38,13 +38,14 @@ class WetIce(NamedTuple):
         contact_of: ContactTable | ConstantContact,
         viscosity: Array,
         first_height: float,
+        flows: Array | float,
     ) -> Carried:
         """The voids under `pressure` (Pa), (n,), in full contact, with `viscosity` (Pa s).
 
-        first_height: of films without water, m.
+        first_height: of films without water, m; flows: as of `Carried`.
         """
         voids, whole = self.voids(contact_of), np.ones_like(pressure)
-        return Carried(voids, pressure, whole, viscosity, 1.0, first_height)
+        return Carried(voids, pressure, whole, viscosity, 1.0, first_height, flows=flows)
 
     def borne(
         self, pressure: Array, water: Array, contact_of: ContactTable | ConstantContact
@@ -100,7 +101,7 @@ class Ride(NamedTuple):
             float(law.height_on(temperature)),
             law.ice.solid,
             law.water.table or law.water.viscosity,
-            film.water_speed,
+            law.water_speed,
             shear_strength(law),
             age and replace(age, holds=False),
             WetIce(law.ice.water, lug) if film.voids == "carry" else None,

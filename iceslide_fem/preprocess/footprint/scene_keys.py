@@ -111,13 +111,6 @@ NOT_COMPUTED = (
         (FILM_LAW,),
     ),
     NotComputed(
-        [],
-        Is("film.water_speed", besides=(1.0,)),
-        f"{WATER}, stays with the ice",
-        "1",
-        (CARRY,),
-    ),
-    NotComputed(
         ["rubber.stores_water"],
         Is("rubber.stores_water"),
         f"{WATER}, finds room in all sipes",

@@ -14,6 +14,7 @@ from iceslide_fem.film.loads import film_loads
 from iceslide_fem.film.rubber_heat import INSULATED
 from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.film.step_control import step_factor
+from iceslide_fem.film.voids import lugs_of
 from iceslide_fem.laws.protocol import InterfaceLaw
 from iceslide_fem.laws.table import law_of
 from iceslide_fem.preprocess.footprint.passing import FilmMap, film_map
@@ -86,7 +87,7 @@ class FilmContact:
         limit, T_0 = ride.limit, np.full_like(flat, ride.temperature)
         contact, viscosity = self.contact_of(flat)[:3], ride.viscosity_at(T_0)
         dry = float(np.max(ride.initial_height))
-        carried = ride.wet and ride.wet.carried(flat, self.contact_of, viscosity, dry)
+        carried = ride.wet and ride.wet.carried(flat, self.contact_of, viscosity, dry, 1.0)
         limit = limit and limit._replace(viscosity=viscosity)
         loads = film_loads(flat, speeds, *contact, viscosity, None, limit, carried)
         below = np.maximum(ride.solid.melting_temperature - T_0, 0.0)
@@ -215,8 +216,11 @@ def contact_of_case(case: WheelCase, length: float) -> SlidingContact:
     Raises SceneError if a law in a file needs what a wheel does not have.
     """
     law = case.law
-    if case.scene is None or (law.friction.law == "film" and law.film.voids == "stop"):
+    if law.friction.law == "film":
         ride = case.ride_at(case.speed, 0.0, length)
+        if case.scene is not None and ride.wet is not None:
+            lugs = lugs_of(law.rubber, wide=law.model != "block")
+            ride = ride._replace(wet=ride.wet._replace(lug=lugs.longest))
         return FilmContact(ride, case.contact_of, case.tolerance)
     tables = law.as_dict()
     here = scene_from_dict(tables | {"ice": tables["ice"] | {"temperature": case.temperature}})
