@@ -32,7 +32,7 @@ from iceslide_fem.laws.protocol import InterfaceLaw, Sheared
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.runtime.arrays import Array, Mask
 
-# Slip speed (m/s) at which strength at rest is read. It is above the one below which dry shear falls
+# Slip speed (m/s) at which strength at rest is read. Dry shear falls below a smaller one
 # (`film.limiting_shear.SLOWEST`).
 STILL = 2e-6
 RESTS = 1e-9  # m/s, slip speed of points that stick
