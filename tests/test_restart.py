@@ -106,6 +106,7 @@ DRY = ["film.dry_stress=3.3bar", "film.dry_softening=10K", "film.initial_height=
 AGED = ["film.contact_age=true", "rubber.prony=[[0.3, '0.1 ms'], [0.2, '2 ms']]"]
 AGED = [*AGED, "rubber.modulus_is=instantaneous", "ice.heat=column"]
 DRY = [*DRY, "ice.heat=column", "rubber.inertia=true"]
+FROM_REST = "load.speed=[['0 ms', '0 m/s'], ['0.05 ms', '1 m/s'], ['0.2 ms', '1 m/s']]"
 
 RELAXES = ["rubber.prony=[[0.2,'0.2 ms'],[0.3,'5 ms']]", "rubber.modulus_is=long-term"]
 
@@ -129,6 +130,7 @@ RELAXES = ["rubber.prony=[[0.2,'0.2 ms'],[0.3,'5 ms']]", "rubber.modulus_is=long
         [*PASSING, "ice.heat=column", *CLOSED_SIPE],
         ["load.duration=0.3ms", *DRY],
         pytest.param([*PASSING, *DRY], marks=pytest.mark.mpi),
+        pytest.param([*PASSING, *DRY, FROM_REST], marks=pytest.mark.mpi),
         pytest.param([ATTACHED, "ice.heat=column", *RELAXES], marks=pytest.mark.mpi),
         [ATTACHED, "ice.heat=mesh", "rubber.heat=mesh", *RELAXES],
         [*PASSING, *DRY, "film.carrier=rubber"],

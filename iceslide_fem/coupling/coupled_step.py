@@ -26,7 +26,7 @@ from iceslide_fem.coupling.plate import Plate
 from iceslide_fem.coupling.relaxing import Relaxing
 from iceslide_fem.coupling.state import AcceptedStep, CoupledState
 from iceslide_fem.coupling.step_error import StepError, StepRejected
-from iceslide_fem.coupling.sticking import Friction, Shearing, Slipping
+from iceslide_fem.coupling.sticking import Shearing, Slipping, friction_of
 from iceslide_fem.coupling.subcycles import Subcycles
 from iceslide_fem.coupling.subcycling import Subcycling
 from iceslide_fem.film.runge_kutta import INTEGRATORS
@@ -76,7 +76,8 @@ class Balanced(NamedTuple):
 class CoupledStep:
     """Trial steps of `block` on its interface. A trial step does not modify the start state.
 
-    adaptive: whether the step length is free (not fixed by the film integrator).
+    adaptive: whether the step length is free (not fixed by the film integrator); friction: how the
+    law becomes shear.
     """
 
     def __init__(
@@ -85,13 +86,12 @@ class CoupledStep:
         frame: FilmFrame,
         plate: Plate,
         motion_law: MotionLaw,
-        friction: Friction,
         relaxing: Relaxing,
         drainage: Drainage,
         error: StepError,
     ) -> None:
         self._block, self._frame, self._plate = block, frame, plate
-        self._motion_law, self._friction, self._error = motion_law, friction, error
+        self._motion_law, self.friction, self._error = motion_law, friction_of(block), error
         integrator = INTEGRATORS[block.scene.numerics.film_integrator]
         self._subcycling = Subcycling(frame, error, integrator, plate.passing)
         self.adaptive = bool(integrator.estimate)
@@ -109,7 +109,7 @@ class CoupledStep:
         """
         corrected = self._without_mechanics(start, dt, film_dt)
         if corrected is None:
-            film = self._film(start, *self._predict(start, dt), dt, film_dt)
+            film = self._film(start, self._predict(start, dt), dt, film_dt)
             balanced = self._equilibrium(start, film)
             corrected = self._correct(start, balanced, film.forces[-1])
         return self._acceptance.of(start, corrected)
@@ -158,23 +158,18 @@ class CoupledStep:
         loads = plate.slipping(plate.slip(rate, time), offset)
         if start.motion.smooth:
             loads = plate.faster(loads, law.extrapolated_velocity(start.motion, time))
-        return self._friction.predicted(start, loads)
+        return self.friction.predicted(start, loads)
 
     def _film(
-        self,
-        start: CoupledState,
-        predicted: ContactLoads,
-        shearing: Shearing,
-        dt: float,
-        film_dt: float,
+        self, start: CoupledState, end: tuple[ContactLoads, Shearing], dt: float, film_dt: float
     ) -> FilmStep:
-        """Film and heat over `dt` (s) under the predicted loads and shear.
+        """Film and heat over `dt` (s) under the loads and shear predicted at its `end`.
 
         The step ends earlier if friction leaves a straight line within it.
         """
-        ends = start.loads, predicted
+        ends = start.loads, end[0]
         subcycles = self._subcycling.advance(start.interface, *ends, dt, film_dt)
-        film = self._of_subcycles(start, dt, subcycles, shearing)
+        film = self._of_subcycles(start, dt, subcycles, end[1])
         parts, nonlinearity = self._error.straight_parts(film.forces, subcycles.ends)
         if parts < len(subcycles.ends) and self.adaptive:
             dt *= subcycles.ends[parts - 1]
@@ -196,17 +191,16 @@ class CoupledStep:
         iterations, mismatches = 0, []
         for _ in range(self._error.limits.passes):
             sheared = film.sheared[-1]
-            friction = self._friction.law(start, dt, sheared)
+            friction = self.friction.law(start, dt, sheared)
             iterations += self._balance(sheared, friction, speed, load, slip)
             moved = plate.slipping(speed, offset)
-            loads, shearing = self._friction.found(start, dt, sheared, moved)
+            loads, shearing = self.friction.found(start, dt, sheared, moved)
             ends = shearing.begin(start, loads, plate.slid(start.time, dt), dt), loads
             again = self._subcycling.repeat(start.interface, *ends, dt, film.subcycles)
             before, after = film.subcycles.substeps[-1], again.substeps[-1]
             mismatches.append(self._error.of_coupling(before, after))
-            nonlinearity = film.nonlinearity
-            film = self._of_subcycles(start, dt, again, shearing)
-            film = film._replace(nonlinearity=nonlinearity)
+            found = self._of_subcycles(start, dt, again, shearing)
+            film = found._replace(nonlinearity=film.nonlinearity)
             if mismatches[-1] <= 1.0:
                 return Balanced(loads, shearing, film, iterations, mismatches[0])
         raise StepRejected("block and film do not agree", 0.4)

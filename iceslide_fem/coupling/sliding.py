@@ -16,7 +16,6 @@ from iceslide_fem.coupling.plate import Plate
 from iceslide_fem.coupling.relaxing import relaxing
 from iceslide_fem.coupling.state import AcceptedStep, CheckpointState, CoupledState
 from iceslide_fem.coupling.step_error import LIMITS, StepError, StepLimits, StepRejected
-from iceslide_fem.coupling.sticking import friction_of
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.interface.build import film_frame_of
 from iceslide_fem.interface.film_frame import ContactLoads
@@ -69,10 +68,9 @@ class Sliding:
         if plate.passing < np.inf:  # ice moves by few cells in a step
             self._longest = min(self._longest, cells_in_a_step(scene) * plate.passing)
         error = StepError(block, self._longest, limits)
-        self._friction = friction_of(block)
         self._relaxing = relaxing(block, self.frame)
         self._drainage = drainage_of(block, self.frame)
-        laws = self.motion_law, self._friction, self._relaxing, self._drainage
+        laws = self.motion_law, self._relaxing, self._drainage
         self._step = CoupledStep(block, self.frame, plate, *laws, error)
         self._dt = self._film_dt = self._first_step
         interface = self.frame.start(scene.initial_height, block.surface.n_points)
@@ -176,7 +174,7 @@ class Sliding:
         self.block.set_stick_points(state.stick_points)
         loads = self._plate.loads(state.speed, state.offset)
         of_law = self.shear(interface, loads)
-        shear = self._friction.present(loads, state.shear, of_law)
+        shear = self._step.friction.present(loads, state.shear, of_law)
         self.current = CoupledState(
             time=state.time,
             motion=motion,
@@ -199,7 +197,7 @@ class Sliding:
         """Present friction stress on the ice at the points, (n,), Pa. Collective."""
         now = self.current
         of_law = self.shear(now.interface, now.loads)
-        return self._friction.present(now.loads, now.solved_shear, of_law)
+        return self._step.friction.present(now.loads, now.solved_shear, of_law)
 
     def shear(self, interface: InterfaceState, loads: ContactLoads) -> Array:
         """Friction stress (n,), Pa, where all points slip with the speeds of `loads`."""

@@ -13,9 +13,9 @@ Springer 2006, sec. 10.5). S is that at the speed of slip to the side of tau, or
 yields by S / eps, at most a hundredth of what the block's height does (`rubber.contact.penalty`).
 
 The law and its film see the slip of a point, without direction. Points that stick have the slip
-speed `STILL` there: its heat is negligible, and errors of their films keep the weight of their
-strength. Nodes of the ice have the mean slip of their points. A point that sticks beside one that
-slips would take the difference for a film: while points stick, all read their films at `STILL`.
+speed `RESTS` there: its heat is nothing, and errors of their films keep a weight. Nodes of the ice
+have the mean slip of their points. A point that sticks beside one that slips would take the
+difference for a film: while points stick, all read their films at `STILL`.
 """
 
 from __future__ import annotations
@@ -32,7 +32,10 @@ from iceslide_fem.laws.protocol import InterfaceLaw, Sheared
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.runtime.arrays import Array, Mask
 
-STILL = 2e-6  # m/s, above the speed below which dry shear falls (`film.limiting_shear.SLOWEST`)
+# Slip speed (m/s) at which strength at rest is read. Dry shear falls below a smaller one
+# (`film.limiting_shear.SLOWEST`).
+STILL = 2e-6
+RESTS = 1e-9  # m/s, slip speed of points that stick
 
 
 class Shearing(Protocol):
@@ -154,8 +157,8 @@ class Held(NamedTuple):
         if not (start.stuck or self.some):
             return start.loads
         way = slid + loads.positions[:, 0] - start.loads.positions[:, 0]
-        speed = np.maximum(2.0 * self.side * way / dt - loads.speed, STILL)
-        return replace(start.loads, speed=np.where(self.sticks & _rests(start.loads), STILL, speed))
+        speed = np.maximum(2.0 * self.side * way / dt - loads.speed, RESTS)
+        return replace(start.loads, speed=np.where(self.sticks & _rests(start.loads), RESTS, speed))
 
     def shear(self, sheared: Sheared, loads: ContactLoads, fraction: float = 1.0) -> Array:
         """Between the ends where points stick, else that of the law; reversed slip is rest."""
@@ -196,8 +199,9 @@ class Sticking:
         """Points that stick go on to stick; those that would slip back stick from now on."""
         first = start.solved_shear
         side, along = _slip(first, moved.speed)
-        along = np.where(_rests(start.loads), STILL, along)
-        return replace(moved, speed=along), self._held(along <= STILL, first, first, side)
+        sticks = _rests(start.loads) | (along <= STILL)
+        slip = replace(moved, speed=np.where(sticks, RESTS, along))
+        return slip, self._held(sticks, first, first, side)
 
     def found(
         self, start: CoupledState, dt: float, sheared: Sheared, moved: ContactLoads
@@ -207,7 +211,7 @@ class Sticking:
         trial = first + self._penalty * dt * moved.speed
         side, along = _slip(trial, moved.speed)
         sticks = np.abs(trial) < sheared(moved.pressure, along)[0]
-        slip = replace(moved, speed=np.where(sticks, STILL, along))
+        slip = replace(moved, speed=np.where(sticks, RESTS, along))
         return slip, self._held(sticks, first, trial, side)
 
     def present(self, loads: ContactLoads, solved: Array, of_law: Array) -> Array:

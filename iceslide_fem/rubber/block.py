@@ -78,11 +78,7 @@ class Block:
         return contact_state(self.surface, self.rubber.displacements, self.equilibrium.penalty)
 
     def balance(
-        self,
-        law: TractionLaw,
-        load: float = 1.0,
-        friction: float = np.inf,
-        slip: float = np.inf,
+        self, law: TractionLaw, load: float = 1.0, friction: float = np.inf, slip: float = np.inf
     ) -> Solution:
         """Find equilibrium under `load` times the plate's force. Raises NotConverged.
 
