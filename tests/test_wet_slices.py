@@ -26,7 +26,7 @@ FRAMES = {
 }
 
 
-def scene(frame, water="0 um", voids="carry", duration=1e-3, **rubber):
+def scene(frame, water="0 um", voids="carry", duration=1e-3, water_speed=0.5, **rubber):
     shape = {"compound": "B", "length": 8e-3, "width": 8e-3, "height": 4e-3}
     carrier = "rubber" if frame == "on rubber" else "ice"
     return scene_from_dict(
@@ -34,7 +34,7 @@ def scene(frame, water="0 um", voids="carry", duration=1e-3, **rubber):
             "name": "wet", "model": "slice", "rubber": shape | rubber,
             "load": {"pressure": 5e5, "speed": 6.0, "duration": duration},
             "ice": {"temperature": "-1 degC", "water": water, **FRAMES[frame]},
-            "film": {"carrier": carrier, "voids": voids},
+            "film": {"carrier": carrier, "voids": voids, "water_speed": water_speed},
             "numerics": {"tolerance": 1e-2, "refinement": 0.5},
         }
     )  # fmt: skip
@@ -127,7 +127,7 @@ def test_it_closes_where_areas_of_points_change(frame, heat):
 def test_sipes_that_are_full_drain_no_more():
     """Two sipes of 0.12 mm2 take 1.92e-9 m3 below 8 mm of width."""
     full, draining = (
-        slide(scene("on ice", "20 um", duration=4e-3, sipes=SMALL, stores_water=stores))
+        slide(scene("on ice", "20 um", "carry", 4e-3, 1.0, sipes=SMALL, stores_water=stores))
         for stores in (True, False)
     )
     stored = full["water_in_sipes_m3"]
@@ -154,7 +154,7 @@ def test_a_sipe_holds_what_its_walls_leave():
 
 
 def test_a_puddle_comes_and_goes():
-    wet = scene("on ice", "0 um", duration=3e-3)
+    wet = scene("on ice", "0 um", duration=3e-3, water_speed=1.0)
     rows = ((4e-3, 0.0), (5e-3, 20e-6), (9e-3, 20e-6), (10e-3, 0.0))
     rows = slide(wet.model_copy(update={"ice": wet.ice.model_copy(update={"water": rows})}))
     mu, brought = rows["mu"], rows["water_brought_m3"]

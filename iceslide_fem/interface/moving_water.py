@@ -1,11 +1,11 @@
 """Water below a sliding block, which moves more slowly than the ice.
 
-All functions take heights on nodes of the grid's shape, x first, and return the heights after a step
-and the water that leading edges wipe off or push out, m. `drag` is the speed of the water over the
-ice, over the sliding speed; ways are sliding distances of the block, in cells.
+All functions take heights on nodes of the grid's shape, x first, and return the heights after a
+step and the water that leading edges wipe off or push out, m. `drag` is the speed of the water over
+the ice, over the sliding speed; ways are sliding distances of the block, in cells.
 
-Water that only fills voids moves by whole cells, exactly (`by_cells`). Water that bears load changes
-the friction wherever it comes, so it has to move in every step (`flowing`).
+Water that only fills voids moves by whole cells, exactly (`by_cells`). Water that bears load
+changes the friction wherever it comes, so it has to move in every step (`flowing`).
 """
 
 from __future__ import annotations

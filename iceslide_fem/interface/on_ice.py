@@ -13,7 +13,7 @@ from iceslide_fem.interface.moving_water import HALF, by_cells, flowing
 from iceslide_fem.interface.rubber_mesh import InsulatedOverGrid, RubberOverGrid
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Recent
 from iceslide_fem.interface.window import RECENT, PassingIce, place, reaches, shifted, whole_cells
-from iceslide_fem.laws.film import FilmLaw
+from iceslide_fem.laws.film import YOUNG, FilmLaw
 from iceslide_fem.laws.protocol import Sheared
 from iceslide_fem.runtime.arrays import Array, Index, Mask
 
@@ -139,11 +139,11 @@ class OnIce:
         grid = self.ice.grid
         cell = float(grid.lines[0][1] - grid.lines[0][0])
         height, cover = grid.allgather(state.squeezed_height), self._cover(end)
-        covers = (part.reshape(grid.shape) for part in (self._cover(start), cover))
+        before, after = (part.reshape(grid.shape) for part in (self._cover(start), cover))
         _, loads = self.on_nodes(end, state.age)
         free = grid.allgather(loads.free_height).reshape(grid.shape)
         way = sliding_distance / cell, (sliding_distance + end.offset - start.offset) / cell
-        height, lost = self._move(height.reshape(grid.shape), *covers, free, self._drag, *way)
+        height, lost = self._move(height.reshape(grid.shape), before, after, free, self._drag, *way)
         lost = lost.ravel()
         height = height.ravel()[grid.own]
         return state._replace(squeezed_height=height), (grid.cell_area * lost)[grid.own]
@@ -161,7 +161,7 @@ class OnIce:
         cell, covered = grid.cell_area[grid.own], self._cover(contact)[grid.own] > HALF
         return np.where(covered, cell, 0.0), np.where(covered, 0.0, cell)
 
-    def on_nodes(self, contact: ContactLoads, age: Array) -> tuple[Mask, FilmLoads]:
+    def on_nodes(self, contact: ContactLoads, age: Array = YOUNG) -> tuple[Mask, FilmLoads]:
         """Mask of this rank's covered nodes, and their loads per cell area. Collective.
 
         A partly covered cell has the same fraction of the loads. A film then has the right age when

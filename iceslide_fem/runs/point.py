@@ -11,6 +11,7 @@ from iceslide_fem.film.doubts import doubts
 from iceslide_fem.film.point_result import PointResult
 from iceslide_fem.laws.table import law_of
 from iceslide_fem.output.table import HistoryRow, PassRow
+from iceslide_fem.runs.entering import rows_over_ageing
 from iceslide_fem.runs.point_pass import ice_of, one_pass
 from iceslide_fem.runs.point_passes import block_rows, mean_summary, passes_history
 from iceslide_fem.runtime.arrays import Array
@@ -31,7 +32,9 @@ def point_history(
     if scene.several_passes:
         rows, entries = passes_history(scene, law, observe)
         return rows, entries | {"energy_imbalance": rows[-1].energy_imbalance}
-    rows, result = one_pass(scene, law, ice_of(scene))
+    passes = scene.ice.motion == "sliding"
+    ages = passes and law.untouched(1).size > 0
+    rows, result = rows_over_ageing(scene, law) if ages else one_pass(scene, law, ice_of(scene))
     entries = point_summary(result, 0)
     thinnest = min(row.film_height_m for row in rows)
     entries["warnings"] = []
@@ -39,8 +42,8 @@ def point_history(
         melts = float(entries["melt_onset_s"] is not None)
         dry = scene.film.dry_stress is not None or scene.ice.is_wet
         entries["warnings"] = doubts(thinnest, float(result.mu_peak[0]), melts, dry)
-    if scene.ice.motion == "sliding":
-        rows = block_rows(rows, scene)
+    if passes:
+        rows = rows if ages else block_rows(rows, scene)
         entries |= mean_summary(rows)
     return rows, entries | {"energy_imbalance": rows[-1].energy_imbalance}
 

@@ -25,6 +25,7 @@ from iceslide_fem.scene import Scene
 from iceslide_fem.scene.course import SAMPLED
 
 # Energies of a step, J/m2: friction work, then its sinks.
+ROUNDING = 1e-12  # of the duration
 LONGEST_STEP = 0.01  # of the duration, under a law without films: for smooth curves
 ENERGIES = ("friction_work", "ice_heat", "rubber_heat", "latent_heat")
 
@@ -123,9 +124,9 @@ def one_pass(
     with LongTask(duration, shown=shown and rank() == 0) as task:
 
         def observe(record: Record) -> None:
-            state = record.state
+            state, end = record.state, float(record.time[0]) + float(record.dt[0])
             history.add(
-                float(record.time[0]) + float(record.dt[0]),
+                duration if abs(end - duration) <= ROUNDING * duration else end,
                 state,
                 float(record.loads.shear(state, record.ice)[0]),
                 float(record.ice.surface_temperature(state.ice)[0]),

@@ -72,7 +72,7 @@ def block_rows(rows: list[HistoryRow], scene: Scene) -> list[HistoryRow]:
         rates[name] = values[-1] / transit
         whole = cumulative_trapezoid(values, time, initial=0)
         table[name] = (2.0 * whole + rest * values) / transit
-    table["water_left_m3"] = _left(table)
+    table["water_left_m3"] = left_behind(table)
     found = [kind(*values) for values in zip(*table.values(), strict=True)]
     left = duration - float(time[-1])
     if left > 1e-9 * duration:
@@ -80,12 +80,12 @@ def block_rows(rows: list[HistoryRow], scene: Scene) -> list[HistoryRow]:
         last |= {name: last[name] + left * rate for name, rate in rates.items()}
         slip = speed * duration
         last |= {"time_s": duration, "step_s": left, "slip_m": slip}
-        last["water_left_m3"] = _left(last)
+        last["water_left_m3"] = left_behind(last)
         found.append(kind(**last))
-    return [row._replace(energy_imbalance=_imbalance(row), newton_iterations=0) for row in found]
+    return [row._replace(energy_imbalance=imbalance(row), newton_iterations=0) for row in found]
 
 
-def _left(table: Mapping[str, Any]) -> Any:
+def left_behind(table: Mapping[str, Any]) -> Any:
     """Water on the ice behind the block, m3."""
     kept = table["water_squeezed_m3"] - table["water_below_m3"]
     return kept + table.get("water_brought_m3", 0.0) - table.get("water_pushed_out_m3", 0.0)
@@ -96,7 +96,7 @@ def _columns(rows: list[HistoryRow]) -> dict[str, tuple[float, ...]]:
     return dict(zip(rows[0]._fields, zip(*rows, strict=True), strict=True))
 
 
-def _imbalance(row: HistoryRow) -> float:
+def imbalance(row: HistoryRow) -> float:
     """Error of the energy balance over the friction work."""
     found = row.ice_heat_J + row.rubber_heat_J + row.latent_heat_J
     return (row.friction_work_J - found) / row.friction_work_J if row.friction_work_J else 0.0

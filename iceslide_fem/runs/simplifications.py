@@ -19,7 +19,6 @@ from iceslide_fem.film.contact_age import contact_age
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.film.point import Span, Steps, ice_below, integrate, simulate
 from iceslide_fem.film.point_conditions import RANGES, Loading
-from iceslide_fem.film.point_result import Record
 from iceslide_fem.film.rubber_heat import INSULATED
 from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.laws.points import LawDrive
@@ -200,25 +199,14 @@ def _friction_without_film(
     one, speed = (Course(Curve.of(value), duration) for value in (1.0, scene.load.speeds.mean))
     drive = LawDrive(law, one, speed, pressure)
     below = ice_below(ice, scene.ice.temperature, duration, scene.ice.solid)
-    start = InterfaceState(*law.initial(scene.initial_height, n)[:2], below.initial(n))
-    start = start._replace(
-        internal=law.initial(scene.initial_height, n)[2],
-        rubber=INSULATED.initial(n),
-        age=law.untouched(n),
-    )
-    walk = [(0.0, drive.loads(np.zeros(n), start.age).shear(start, below))]
-
-    def observe(record: Record) -> None:
-        time = float(record.time[0] + record.dt[0])
-        walk.append((time, record.loads.shear(record.state, record.ice)))
-
+    log_height, water, internal = law.initial(scene.initial_height, n)
+    heats = below.initial(n), INSULATED.initial(n)
+    start = InterfaceState(log_height, water, *heats, internal, law.untouched(n))
     T_m = np.full(n, scene.ice.melting_temperature)
     span = Span(np.full(n, duration), cold, T_m, scene.ice.solid)
     steps = Steps(OWN_ACCURACY, INTEGRATORS["sdirk2"], longest=LONGEST_STEP * duration)
-    integrate(drive, start, span, below, INSULATED, steps, (), observe)
-    time, shear = zip(*walk, strict=True)
-    curves = np.stack([np.interp(times, time, curve) for curve in np.transpose(shear)], axis=1)
-    return np.asarray(np.maximum(curves, NO_FRICTION * pressure))
+    found = integrate(drive, start, span, below, INSULATED, steps, times)
+    return np.asarray(np.maximum(found.samples, NO_FRICTION) * pressure)
 
 
 def _largest(mu: Array, exact: Array) -> float:

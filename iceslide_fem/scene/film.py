@@ -196,7 +196,8 @@ class Film(Table):
         "Which water freezes where friction does not hold the surface at the melting point: "
         "`nothing`, the `film`, or `all` water, also that which has been squeezed out, with "
         "`film.dry_stress`; by `area` films and the water of voids that carry, each by its part of "
-        "the area. Without it `area` with `ice.water` where films belong to the ice, else `nothing`.",
+        "the area. Without it `area` with `ice.water` where films belong to the ice, else "
+        "`nothing`.",
     )
     between: Literal["freeze", "drain", "keep"] = key(
         "freeze",

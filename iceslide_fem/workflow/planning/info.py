@@ -91,7 +91,7 @@ def _film(scene: Scene, size: tuple[float, ...]) -> list[Row]:
     Squeeze-out alone: h0^2/h^2 = 1 + 2 K3 h0^2 t with K3 of (6.5); melting
     alone: h^2/h0^2 = 1 + 2 K1 t / h0^2 with K1 = k eta v^2 / (rho L).
     """
-    if not (law := law_of(scene)).has_film:
+    if not (law := law_of(scene)).has_film or law.wet is not None:
         return _law(scene, law)
     p, v, h0, eta = (
         scene.load.pressures.first,
