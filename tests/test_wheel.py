@@ -10,7 +10,7 @@ from iceslide_fem.preprocess.footprint.passing import film_map
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.ride import Ride
 from iceslide_fem.preprocess.wheel.brush import Pattern, Rolling
-from iceslide_fem.preprocess.wheel.contact import FilmContact, LawContact
+from iceslide_fem.preprocess.wheel.contact import FilmContact, LawContact, Onset
 from iceslide_fem.preprocess.wheel.friction import friction
 from iceslide_fem.preprocess.wheel.tread import Tread
 from iceslide_fem.scene import scene_from_dict
@@ -41,9 +41,9 @@ class Two:
     def __init__(self, static, sliding):
         self._static, self._sliding = coulomb(static), coulomb(sliding)
 
-    def fresh(self, pressure, speed):
-        one, other = (each.fresh(pressure, speed) for each in (self._static, self._sliding))
-        return np.where(speed[:, None] <= 1e-6, one, other)
+    def onset(self, *args):
+        begins, rests = (each.onset(*args) for each in (self._sliding, self._static))
+        return Onset(begins.begins, rests.rests)
 
     def slid(self, *args):
         return self._sliding.slid(*args)

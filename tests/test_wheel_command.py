@@ -183,8 +183,8 @@ WET = f'water = "20 um"\n[film]\nvoids = "carry"\ncontact = "{SURFACE}"'
     ("tables", "mu"),
     [
         ('[friction]\nlaw = "coulomb"\nmu = 0.2', 0.2),
-        (WET, 0.1717),
-        (WET + '\nrefreeze = "nothing"', 0.2203),
+        (WET, 0.1762),
+        (WET + '\nrefreeze = "nothing"', 0.2240),
     ],
     ids=["coulomb", "wet", "wet, nothing freezes"],
 )

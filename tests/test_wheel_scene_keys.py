@@ -236,7 +236,6 @@ REFUSED_WITH = ("load.period", "rubber.row_pitch", "film.conductance")
 @pytest.mark.parametrize(
     ("more", "said"),
     [
-        ({"film.water_speed": 0.5, **CARRY}, "film.water_speed"),
         (
             {"ice.conductivity": [["-20 degC", 2.4], ["0 degC", 2.1]], "ice.heat": "mesh",
              "model": "block"},
@@ -248,7 +247,7 @@ REFUSED_WITH = ("load.period", "rubber.row_pitch", "film.conductance")
             "ice.water with rows",
         ),
     ],
-    ids=["water that lags", "ice over temperature", "water over x"],
+    ids=["ice over temperature", "water over x"],
 )  # fmt: skip
 def test_values_that_a_wheel_does_not_compute(more, said, folder):
     with pytest.raises(SceneError, match=f"{said}.* not computed below a wheel"):

@@ -33,6 +33,7 @@ SETTLED, MOST_PASSES = 1e-11, 80  # tolerance of ln W; iterations
 LEAST_SLOPE = 0.2  # least slope of the residual of ln W for a secant step
 DRIEST = 1e-30  # m, lower bound of water that does not freeze completely
 JUMP = 0.1  # K, of a surface that water meets
+MUCH = 1e-3  # of H_V: more water does not freeze completely in a stage beside a viscous film
 GONE = 1e-12  # of H_V: less water counts as none
 
 
@@ -187,8 +188,10 @@ class Beside(NamedTuple):
             np.maximum(pressure * carried.softness, np.finfo(float).tiny)
         )
         if self.by_area:
-            _, left = self._with(np.zeros_like(held), ice)
-            moves, low = left > GONE * held, np.full_like(held, DRIEST)
+            moves, low, left = held > 0.0, np.full_like(held, DRIEST), self.water
+            if self.films_freeze or not (self.water > MUCH * held).all():
+                _, left = self._with(np.zeros_like(held), ice)
+                moves = left > GONE * held
         else:
             found, left = self._with(np.minimum(self.water, held), ice)
             moves, low = left > held, held.copy()
@@ -227,8 +230,11 @@ class Beside(NamedTuple):
         wet, phase, left = np.zeros(warms.shape, dtype=bool), None, self.water
         if self.by_area:
             assert carried.at_melting is not None
-            wet = carried.at_melting
-            share = np.where(wet, 1.0 - (1.0 - shared.k) * shared.filled, 1.0)
+            # A film without strength cannot freeze where nothing slides: its water feeds the ice.
+            slides = (self.speed != 0.0) | self.films_freeze
+            wet = carried.at_melting & (slides | (water > 0.0))
+            of_films = np.where(slides, 1.0 - (1.0 - shared.k) * shared.filled, 0.0)
+            share = np.where(wet, of_films, 1.0)
             freezes = Phase(share=share).of_voids(ice) - np.where(wet, warms, 0.0)
             left = np.maximum(left - self.dt / ice.solid.melting_enthalpy * freezes, 0.0)
             phase = Phase(np.where(wet, left, 0.0), share, wet | self.films_freeze)

@@ -24,21 +24,23 @@ class AgedPath(NamedTuple):
     """Contact along a path of n pixels.
 
     touching: loads of films under fresh contact; pressure: Pa, (n,); entering: history at the entry
-    of each pixel, (rows, n); temperature: there, K, (n,); slower: 1 / (1 - S), (n,).
+    of each pixel, (rows, n); temperature: there, K, (n,); slower: 1 / (1 - S), (n,); passing:
+    time of the ice per pixel, s.
     """
 
     age: ContactAge
-    touching: FilmLoads
+    touching: FilmLoads | None
     pressure: Array
     entering: Array
     temperature: Array
     slower: Array
+    passing: float
 
     @classmethod
     def along(
         cls,
         age: ContactAge,
-        touching: FilmLoads,
+        touching: FilmLoads | None,
         line: Index,
         pressure: Array,
         behind: Index,
@@ -65,7 +67,13 @@ class AgedPath(NamedTuple):
             history = np.where(gap > 0.0, rested, history)
             keep = at < last
             at, last, history = at[keep] + 1, last[keep], history[:, keep]
-        return cls(age, touching, pressure, entering, temperature[line], slower[line])
+        return cls(age, touching, pressure, entering, temperature[line], slower[line], passing)
+
+    @property
+    def leaving(self) -> Array:
+        """History at the exit of each pixel, (rows, n)."""
+        reduced = self.age.relaxation.reduced(self.passing * self.slower, self.temperature)
+        return self.age.after(self.entering, self.pressure, self.pressure, reduced)
 
     def over(self, pixel: Index, start: Array, dt: Array) -> tuple[FilmLoads, FilmLoads]:
         """Loads of films at both ends of a step that begins `start` (s) after the ice's entry of
@@ -74,6 +82,7 @@ class AgedPath(NamedTuple):
         They are extrapolated linearly from the two Gauss points, so fast creep also has the right
         mean.
         """
+        assert self.touching is not None
         touching = self.touching.take(pixel)
         first, last = (self._after(touching, pixel, start + point * dt) for point in GAUSS)
         width = GAUSS[1] - GAUSS[0]

@@ -21,7 +21,7 @@ from iceslide_fem.film.first_films import films_of
 from iceslide_fem.film.height import CLOSE
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import InterfaceState
-from iceslide_fem.film.loads import film_loads
+from iceslide_fem.film.loads import MOLTEN, film_loads
 from iceslide_fem.film.point import taken
 from iceslide_fem.film.rubber_heat import INSULATED
 from iceslide_fem.film.runge_kutta import INTEGRATORS
@@ -111,14 +111,16 @@ def films_along(
     contact_of: ContactTable | ConstantContact,
     tolerance: float,
     tell: Callable[[int], None],
+    slides: Mask,
 ) -> tuple[FilmMap, Array]:
     """Films along a `path`; `ice` and ride have a temperature for each line.
 
     Returns films (n,), whose `squeezed` is the equivalent layer, and the heat of the ice at ends of
     contact, (modes, ends). Each line divides a pixel into equal steps by its last error, and
     repeats a step with a too large error, independent of other lines. In a gap the ice cools in one
-    exact step. tell: called with the number of finished pixels. Raises SimulationStopped if a step
-    fails.
+    exact step. tell: called with the number of finished pixels; slides: pixels of the path in which
+    rubber slides. In others it sticks: pressure squeezes their films, too. Raises SimulationStopped
+    if a step fails.
     """
     # Present and last pixel of each line.
     at = np.flatnonzero(np.diff(path.line, prepend=-1))
@@ -131,7 +133,7 @@ def films_along(
     viscosity, variable_viscosity = ride.water(lines)
     k, D, H_V, _ = contact_of(path.pressure)
     voids = np.maximum(share[path.line] * H_V, thinnest[path.line])
-    sliding = speeds[path.line]
+    sliding = np.where(slides, speeds[path.line], 0.0)
     limit, eta = ride.limit, viscosity[path.line]
     of_pixels = variable_viscosity and variable_viscosity.take(path.line)
     dry = float(np.max(ride.initial_height))
@@ -181,7 +183,7 @@ def films_along(
             left[arrives] = passing
             if ride.refreeze == "area":  # water meets cold ice
                 meets = arrives[path.enters[pixel]]
-                dt[meets] = YOUNGEST * passing
+                dt[meets], state.internal[MOLTEN, meets] = YOUNGEST * passing, 0.0
             for work in works:
                 work[arrives] = 0.0
         trial = left / np.ceil(left / dt - SLACK)
@@ -228,7 +230,8 @@ def films_along(
     # Melting ice is at the melting temperature; this removes rounding.
     T_m = ride.solid.melting_temperature
     surface = np.where(films.melting, T_m, films.temperature)
-    shear = films.shear / (sliding * passing)
+    work = sliding * passing
+    shear = np.divide(films.shear, work, out=np.zeros_like(work), where=work > 0.0)
     height = loads.height(films.height)
     return films._replace(shear=shear, height=height, temperature=surface), content
 
@@ -246,12 +249,14 @@ def film_map(
     tolerance: float = 1e-2,
     ice: Callable[..., Column] = Column,
     tell: Callable[[float], None] = lambda fraction: None,
+    slides: Mask | None = None,
 ) -> FilmMap:
     """Film, temperature and friction at every pixel of the footprint.
 
     contact_of: k, D and H_V over the local pressure; tolerance: target relative error of mu; ice:
     builds columns from a temperature (K), a duration (s) and the ride's solid; tell: called with
-    the finished fraction of the pixels in contact. Raises SimulationStopped if a step fails.
+    the finished fraction of the pixels in contact; slides: where rubber slides, (ny, nx), by
+    default everywhere in contact. Raises SimulationStopped if a step fails.
     """
     rows, columns = footprint.pressure.shape
     result = FilmMap.untouched((rows, columns), ride)
@@ -271,7 +276,10 @@ def film_map(
         part = ride.lines(lines)
         below = ice(part.temperature, columns * passing, solid=part.solid)
         below = below.condensed(CONDENSED * tolerance)
-        films, warm = films_along(path, part, below, contact_of, tolerance, told)
+        moves = np.ones(path.line.size, dtype=bool)
+        if slides is not None:
+            moves = slides[lines][path.line, path.column]
+        films, warm = films_along(path, part, below, contact_of, tolerance, told, moves)
         _enter(films, warm, result, lines, path, part, below, contact_of)
     return result
 

@@ -17,7 +17,8 @@ from iceslide_fem.film.step_control import step_factor
 from iceslide_fem.film.voids import lugs_of
 from iceslide_fem.laws.protocol import InterfaceLaw
 from iceslide_fem.laws.table import law_of
-from iceslide_fem.preprocess.footprint.passing import FilmMap, film_map
+from iceslide_fem.preprocess.footprint.aged_path import AgedPath
+from iceslide_fem.preprocess.footprint.passing import FilmMap, Path, film_map
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.ride import Ride
 from iceslide_fem.preprocess.wheel.brush import Ends, ends_of
@@ -52,17 +53,30 @@ class Slid(NamedTuple):
         return Slid(Ends(first[some], last[some]), temperature, height, *switches)
 
 
+class Onset(NamedTuple):
+    """Friction stress (Pa) of rubber that begins to slide at its speed, and at rest."""
+
+    begins: Ends
+    rests: Ends
+
+    @property
+    def static(self) -> Ends:
+        """The largest friction stress of rubber that sticks."""
+        pairs = zip(self.begins, self.rests, strict=True)
+        return Ends(*(np.maximum(one, other) for one, other in pairs))
+
+
 class SlidingContact(Protocol):
     """A friction law, as the brush model uses it."""
 
-    def fresh(self, pressure: Array, speed: Array) -> Array:
-        """Friction stress (Pa) at the onset of sliding.
+    def onset(self, pressure: Array, dx: float, passing: float, speed: Array) -> Onset:
+        """Friction stress where sliding begins; arguments as of `slid`, below rubber that sticks.
 
-        pressure: Pa, (n, nx); speed: m/s, (n,).
+        Raises SimulationStopped if a step fails.
         """
 
-    def slid(self, pressure: Array, dx: float, passing: float, speed: Array) -> Slid:
-        """Sliding contact under `pressure` (n, nx), Pa, 0 where nothing slides.
+    def slid(self, pressure: Array, slides: Mask, dx: float, passing: float, speed: Array) -> Slid:
+        """Sliding contact under `pressure` (n, nx), Pa, where it `slides`; elsewhere it sticks.
 
         dx: length of pixels, m; passing: speed of the ice, m/s; speed: of sliding, m/s, (n,).
         Raises SimulationStopped if a step fails.
@@ -80,32 +94,108 @@ class FilmContact:
     contact_of: ContactTable | ConstantContact
     tolerance: float = 1e-2
 
-    def fresh(self, pressure: Array, speed: Array) -> Array:
-        """k eta v / (h0 + h_b) of contact with initial films of h0."""
-        flat, speeds = pressure.ravel(), np.repeat(speed, pressure.shape[1])
-        ride = self.ride._replace(sliding_speed=speed)
-        limit, T_0 = ride.limit, np.full_like(flat, ride.temperature)
-        contact, viscosity = self.contact_of(flat)[:3], ride.viscosity_at(T_0)
-        dry = float(np.max(ride.initial_height))
-        carried = ride.wet and ride.wet.carried(flat, self.contact_of, viscosity, dry, 1.0)
-        limit = limit and limit._replace(viscosity=viscosity)
-        loads = film_loads(flat, speeds, *contact, viscosity, None, limit, carried)
-        below = np.maximum(ride.solid.melting_temperature - T_0, 0.0)
-        height = np.full_like(flat, ride.initial_height)
-        log_height, internal = films_of(height, T_0, below, speeds, None, limit)
-        water = np.full_like(flat, 0.0 if ride.wet is None else ride.wet.height)
-        state = InterfaceState(log_height, water, np.zeros((0, flat.size)), internal=internal)
-        shear = loads.shear(state, Column(T_0, 1.0))
-        return np.where(pressure > 0.0, shear.reshape(pressure.shape), 0.0)
+    def onset(self, pressure: Array, dx: float, passing: float, speed: Array) -> Onset:
+        """k eta v / (h + h_b), with the film, the water and the age of contact that has stuck."""
+        ride = self.ride._replace(speed=passing, sliding_speed=speed)
+        nowhere = np.zeros(pressure.shape, dtype=bool)
+        films = self._films(pressure, nowhere, dx, ride)
+        p_at_ends, states = ends_of(pressure, pressure > 0.0), (_before(films, ride), films)
+        contacts = contacts_along(ride, pressure, dx / passing, self.contact_of)
+        stress = [
+            [
+                self._stress(p, film, contact, ride, at)
+                for at in (speed, np.full_like(speed, SLOWEST))
+            ]
+            for p, film, contact in zip(p_at_ends, states, contacts, strict=True)
+        ]
+        (first, first_rest), (last, last_rest) = stress
+        return Onset(Ends(first, last), Ends(first_rest, last_rest))
 
-    def slid(self, pressure: Array, dx: float, passing: float, speed: Array) -> Slid:
+    def slid(self, pressure: Array, slides: Mask, dx: float, passing: float, speed: Array) -> Slid:
         """Sliding contact by `footprint.film_map`, in which ice enters at the last column."""
         ride = self.ride._replace(speed=passing, sliding_speed=speed)
-        footprint = PressureMap(pressure[:, ::-1], dx, dx)
-        films = film_map(footprint, ride, self.contact_of, self.tolerance)
-        films = FilmMap._make(field[:, ::-1] for field in films)
+        films = self._films(pressure, slides, dx, ride)
         stress = Ends(films.shear, films.shear)
         return Slid(stress, films.temperature, films.height, films.melting, films.saturated)
+
+    def _films(self, pressure: Array, slides: Mask, dx: float, ride: Ride) -> FilmMap:
+        footprint = PressureMap(pressure[:, ::-1], dx, dx)
+        films = film_map(footprint, ride, self.contact_of, self.tolerance, slides=slides[:, ::-1])
+        return FilmMap._make(field[:, ::-1] for field in films)
+
+    def _stress(
+        self, pressure: Array, films: FilmMap, contact: Contact, ride: Ride, speed: Array
+    ) -> Array:
+        """Friction stress (Pa) under `pressure` (n, nx) at a slip `speed` (m/s, (n,))."""
+        flat, speeds = pressure.ravel(), np.repeat(speed, pressure.shape[1])
+        warm, height, water = (
+            part.ravel() for part in (films.temperature, films.height, films.squeezed)
+        )
+        viscosity, limit = ride.viscosity_at(warm), ride.limit
+        dry = float(np.max(ride.initial_height))
+        k, D, H_V, softness = (part.ravel() for part in contact)
+        carried = ride.wet and ride.wet.carried(flat, self.contact_of, viscosity, dry, 1.0)
+        carried = carried and carried._replace(softness=softness)
+        limit = limit and limit._replace(viscosity=viscosity)
+        loads = film_loads(flat, speeds, k, D, H_V, viscosity, None, limit, carried)
+        below = np.maximum(ride.solid.melting_temperature - warm, 0.0)
+        log_height, internal = films_of(height, warm, below, speeds, None, limit)
+        state = InterfaceState(log_height, water, np.zeros((0, flat.size)), internal=internal)
+        shear = loads.shear(state, Column(warm, 1.0))
+        return np.where(pressure > 0.0, shear.reshape(pressure.shape), 0.0)
+
+
+def _before(films: FilmMap, ride: Ride) -> FilmMap:
+    """The films at the entry of each pixel: those of the pixel before, the first ones ahead."""
+    ahead = FilmMap.untouched((len(films.shear), 1), ride)
+    pairs = zip(ahead, films, strict=True)
+    return FilmMap._make(np.hstack([one, field[:, :-1]]) for one, field in pairs)
+
+
+class Contact(NamedTuple):
+    """k, D (m), H_V (m), and p_e / p of pixels, (n, nx)."""
+
+    k: Array
+    D: Array
+    H_V: Array
+    softness: Array
+
+
+def contacts_along(
+    ride: Ride, pressure: Array, passing: float, contact_of: ContactTable | ConstantContact
+) -> tuple[Contact, Contact]:
+    """The contact at both ends of pixels (n, nx), the first column at the leading edge.
+
+    passing: time of the ice per pixel, s.
+    """
+    k, D, H_V, _ = contact_of(pressure)
+    if ride.age is None:
+        fresh = Contact(k, D, H_V, np.ones_like(pressure))
+        return fresh, fresh
+    lines, columns = pressure.shape
+    path = Path.below(pressure[:, ::-1], passing)
+    kelvin, slower = (
+        np.broadcast_to(np.asarray(one, dtype=float), (lines,)).copy()
+        for one in (ride.temperature, ride.slower)
+    )
+    aged = AgedPath.along(
+        ride.age, None, path.line, path.pressure, path.behind, passing, kelvin, slower
+    )
+    found = []
+    for history in (aged.entering, aged.leaving):
+        contact = ride.age.so_far(history)
+        values = contact(path.pressure)
+        parts = []
+        for whole, some in zip(
+            (k, D, H_V, np.ones_like(k)),
+            (*values[:3], contact.softness(path.pressure)),
+            strict=True,
+        ):
+            part = whole.copy()
+            part[path.line, columns - 1 - path.column] = some
+            parts.append(part)
+        found.append(Contact(*parts))
+    return found[0], found[1]
 
 
 METHOD = INTEGRATORS["sdirk2"]
@@ -137,14 +227,23 @@ class LawContact:
     film_height: float = 70e-9
     tolerance: float = 1e-2
 
-    def fresh(self, pressure: Array, speed: Array) -> Array:
+    def onset(self, pressure: Array, dx: float, passing: float, speed: Array) -> Onset:
         """Stress of the law's initial state."""
+        at_ends = ends_of(pressure, pressure > 0.0)
+        begins, rests = (
+            Ends(*(self._first(end, at) for end in at_ends))
+            for at in (speed, np.full_like(speed, SLOWEST))
+        )
+        return Onset(begins, rests)
+
+    def _first(self, pressure: Array, speed: Array) -> Array:
         flat, speeds = pressure.ravel(), np.repeat(speed, pressure.shape[1])
         shear, *_ = self.law.at_start(self.film_height, flat.size)(flat, speeds)
         return np.where(pressure > 0.0, shear.reshape(pressure.shape), 0.0)
 
-    def slid(self, pressure: Array, dx: float, passing: float, speed: Array) -> Slid:
+    def slid(self, pressure: Array, slides: Mask, dx: float, passing: float, speed: Array) -> Slid:
         """Each line is one piece of ice that passes pixel after pixel; all have the same steps."""
+        pressure = np.where(slides, pressure, 0.0)
         lines, columns = pressure.shape
         touching, dt = pressure > 0.0, dx / passing
         temperature = np.full(lines, self.temperature)

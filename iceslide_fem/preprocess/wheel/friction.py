@@ -14,7 +14,6 @@ from iceslide_fem.preprocess.wheel.brush import (
     Memory,
     Rolling,
     Traction,
-    ends_of,
     tractions,
 )
 from iceslide_fem.preprocess.wheel.case import WheelCase
@@ -127,13 +126,11 @@ def _brush(
     """
     touching, speed = pressure > 0.0, np.maximum(speed, SLOWEST)
     rise = np.where(speed > SLOWEST, rise, 0.0)
-    at_ends = ends_of(pressure, touching)
-    begins = Ends(*(contact.fresh(end, speed) for end in at_ends))
-    at_rest = (contact.fresh(end, np.full_like(speed, SLOWEST)) for end in at_ends)
-    static = Ends(*(np.maximum(one, other) for one, other in zip(begins, at_rest, strict=True)))
+    onset = contact.onset(pressure, dx, passing, speed)
+    begins, static = onset.begins, onset.static
     slides = tractions(rise, touching, static, begins, memory).sliding > 0.0
     for _ in range(PASSES):
-        slid = contact.slid(np.where(slides, pressure, 0.0), dx, passing, speed)
+        slid = contact.slid(pressure, slides, dx, passing, speed)
         sliding = Ends(*(np.where(slides, *pair) for pair in zip(slid.stress, begins, strict=True)))
         traction = tractions(rise, touching, static, sliding, memory)
         more = (traction.sliding > 0.0) & ~slides
