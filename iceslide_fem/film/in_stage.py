@@ -74,8 +74,10 @@ class FilmOnIce(NamedTuple):
         if loads.carried is None:
             return np.asarray(loads.viscous * loads.speed * shearing)
         shared = loads.carried.sharing(self.squeezed_height, loads.speed)
-        tau = loads.viscous * shared.viscous * shearing + shared.thick
-        return np.asarray(tau * loads.speed)
+        thick = shared.thick
+        if loads.variable_viscosity is not None:
+            thick = thick * np.exp(self.internal[loads.viscosity_row])
+        return np.asarray((loads.viscous * shared.viscous * shearing + thick) * loads.speed)
 
     def solve(self, ice: Surface, near: Array | None = None) -> FilmStage:
         """The stage above `ice`, with the viscosity at its end; `near` is not needed."""

@@ -154,7 +154,7 @@ class FilmLoads(NamedTuple):
         shearing = np.exp(self.log_shearing(state))
         if self.carried is None:
             return np.asarray(self.viscous * shearing)
-        return self._of_both(self.carried, shearing, state.squeezed_height)
+        return self._of_both(shearing, state)
 
     @property
     def viscosity_row(self) -> int:
@@ -177,19 +177,23 @@ class FilmLoads(NamedTuple):
             return 1.0
         shearing = np.exp(self.log_shearing(state))
         whole = self.viscous * shearing
-        now = self._of_both(self.carried, shearing, state.squeezed_height)
+        now = self._of_both(shearing, state)
         return np.divide(now, whole, out=np.ones_like(now), where=whole != 0.0)
 
     def stress(self, stage: FilmStage) -> Array:
         """tau (Pa) at the end of a `stage` under these loads, (n,)."""
         if self.carried is None:
             return np.asarray(self.viscous * stage.shearing)
-        return self._of_both(self.carried, stage.shearing, stage.squeezed_height)
+        return self._of_both(stage.shearing, stage)
 
-    def _of_both(self, carried: Carried, shearing: Array, water: Array) -> Array:
-        """tau (Pa) of films and of `water` (m) in voids that carry."""
-        shared = carried.sharing(water, self.speed)
-        return np.asarray(self.viscous * shared.viscous * shearing + shared.thick)
+    def _of_both(self, shearing: Array, end: FilmHistory | FilmStage) -> Array:
+        """tau (Pa) of films and of water in voids that carry, at the `end` of a step or a stage."""
+        assert self.carried is not None
+        shared = self.carried.sharing(end.squeezed_height, self.speed)
+        thick = shared.thick
+        if self.variable_viscosity is not None:
+            thick = thick * np.exp(end.internal[self.viscosity_row])
+        return np.asarray(self.viscous * shared.viscous * shearing + thick)
 
     def beside(self, shared: Sharing, phase: Phase | None) -> FilmLoads:
         """The film's loads under a load sharing; phase: what freezes."""
@@ -216,7 +220,7 @@ class FilmLoads(NamedTuple):
         shearing = np.exp(log_shearing(step.state))
         if self.carried is None:
             return np.asarray(np.abs(self.viscous) * shearing)
-        return np.abs(self._of_both(self.carried, shearing, step.state.squeezed_height))
+        return np.abs(self._of_both(shearing, step.state))
 
     def log_shearing(self, state: FilmHistory) -> Array:
         """ln(tau / c), (n,), of films in `state` at these slip speeds."""

@@ -54,13 +54,14 @@ class Seen(NamedTuple):
     """Films as points of the rubber see them; arrays (n,).
 
     height: h eta_0 / eta, m; strength: tau_b, Pa, with a limit; water: in voids that carry, m, else
-    None; age: history of the contact.
+    None; age: history of the contact; viscosity: eta / eta_0.
     """
 
     height: Array
     strength: Array | None
     water: Array | None
     age: Array
+    viscosity: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,11 +192,12 @@ class FilmLaw:
     def sheared(self, state: InterfaceState, temperature: Callable[[], Array]) -> Sheared:
         """The shear law of films in `state`, with their present strength and water."""
         water = None if self.wet is None else state.squeezed_height
+        ratio = np.exp(state.internal[self._viscosity_row]) if self.water is not None else None
         if self.limit is None:
-            return self.over(Seen(np.exp(-log_shearing(state)), None, water, state.age))
-        ratio = np.exp(state.internal[self._viscosity_row]) if self.water is not None else 1.0
-        height = self.limit.height(state.log_height) / ratio
-        return self.over(Seen(height, state.internal[1], water, state.age))
+            return self.over(Seen(np.exp(-log_shearing(state)), None, water, state.age, ratio))
+        height = self.limit.height(state.log_height)
+        height = height if ratio is None else height / ratio
+        return self.over(Seen(height, state.internal[1], water, state.age, ratio))
 
     def at_speed(self, state: InterfaceState, speed: float) -> InterfaceState:
         """`state` with the shearing of its films at the slip `speed` (m/s).
@@ -301,7 +303,8 @@ class FilmLaw:
         assert loads.carried is not None
         shared = loads.carried.sharing(films.water, loads.speed)
         film = (loads.viscous * shared.viscous).reshape(pressure.shape) / whole
-        return film, shared.thick.reshape(pressure.shape)
+        thick = shared.thick if films.viscosity is None else shared.thick * films.viscosity
+        return film, thick.reshape(pressure.shape)
 
     def shear(
         self, pressure: Array, speed: Array, film_height: Array, age: Array = YOUNG

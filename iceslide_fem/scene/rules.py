@@ -198,11 +198,7 @@ RULES = (
         Rule((CARRY, condition), TOGETHER, allowed)
         for condition, allowed in (
             (Is("film.k"), "film.contact, or a compound's table"),
-            (AGES, "film.contact_age = false"),
-            (DRY, "no film.dry_stress"),
-            (ROWS_OF_VISCOSITY, "one viscosity"),
             (Is("rubber.mesh"), "rubber.length and rubber.sipes"),
-            (WARM_RUBBER, "rubber.heat = false"),
             (Is("film.pressure", ("nominal",)), "'local'"),
             (Is("film.water_speed", (0.0,), shown="film.water_speed = 0"), "more than 0"),
             (REFREEZES, 'film.refreeze = "area" or "nothing"'),
@@ -213,11 +209,7 @@ RULES = (
     Rule((Is("film.refreeze", ("area",)), Is("film.voids", besides=("carry",))),
          "by area is a balance of water that carries", 'film.voids = "carry"'),
     Rule((AGES, OTHER_LAW), "k, D and H_V are of films", OF_FILMS),
-    Rule((AGES, WARM_RUBBER, POINT),
-         "at a point k follows the age at one temperature of the rubber",
-         f"rubber.heat = false, or {FE}"),
     Rule((DRY, OTHER_LAW), "it limits the shear of films", OF_FILMS),
-    Rule((DRY, ROWS_OF_VISCOSITY), "the strength is that at one viscosity", "one viscosity"),
     Rule((Is("film.dry_residual", besides=(RESIDUAL,), shown="film.dry_residual"),
           Is("film.dry_softening", (None,), shown="no film.dry_softening")),
          "a stress that does not fall reaches 0 nowhere above the melting point",

@@ -272,9 +272,11 @@ class Counting(Block):
 
     failures: list[str]
 
-    def balance(self, law: TractionLaw, load: float = 1.0, friction: float = np.inf) -> Solution:
+    def balance(
+        self, law: TractionLaw, load: float = 1.0, friction: float = np.inf, slip: float = np.inf
+    ) -> Solution:
         try:
-            return super().balance(law, load, friction)
+            return super().balance(law, load, friction, slip)
         except NotConverged as reason:
             self.failures.append(str(reason))
             raise
