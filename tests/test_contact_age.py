@@ -318,7 +318,6 @@ def test_wrong_input_is_one_sentence(tmp_path):
         ({"film": AGED | {"contact": str(file)}}, "given: none of the file's column"),
         ({"film": {"contact_modulus": 1e6}}, "is that of film.contact, which is missing"),
         ({"film": AGED | {"contact_modulus": 1e6}}, "is that of film.contact, which is missing"),
-        ({"rubber": {"heat": True}}, "rubber.heat = false"),
         ({"film": {"contact_age": "yes"}}, "film.contact_age"),
     ):
         with pytest.raises(SceneError, match=said) as error:

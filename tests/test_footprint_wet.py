@@ -161,6 +161,32 @@ def test_the_command_prints_and_writes_the_water(line, tmp_path, capsys):
     assert (out / "report.html").is_file()
 
 
+def test_a_uniform_line_of_all_components_is_a_point_that_passes():
+    """Water, a strength, and a viscosity over temperature; the water stays with the ice."""
+    passes = LENGTH / SPEED
+    scene = scene_from_dict(
+        {
+            "name": "all", "model": "point",
+            "rubber": {"compound": "B", "length": LENGTH, "width": LENGTH, "height": 8e-3},
+            "load": {"pressure": 2e5, "speed": SPEED, "duration": passes},
+            "ice": {"temperature": "-6 degC", "water": 4e-6},
+            "water": {"viscosity": [[253.15, 4e-3], [273.15, 1.8e-3]]},
+            "film": {
+                "voids": "carry", "contact": str(FILE), "dry_stress": 4e5, "dry_softening": 13.5,
+                "initial_height": 0.0,
+            },
+            "numerics": {"tolerance": 1e-3},
+        }
+    )  # fmt: skip
+    rows, entries = point_history(scene)
+    here = Ride.of(scene, SPEED, SPEED, scene.ice.temperature, LENGTH)._replace(water_speed=1.0)
+    footprint = strip(2e5)
+    found = film_map(footprint, here, scene.contact_parameters, tolerance=1e-3)
+    assert found.mean_friction(footprint) == pytest.approx(entries["mu_mean"], rel=3e-3)
+    assert found.squeezed[0, 0] == pytest.approx(rows[-1].squeezed_height_m, rel=3e-3)
+    assert found.height[0, 0] == pytest.approx(rows[-1].film_height_m, rel=1e-2, abs=1e-10)
+
+
 def test_the_map_has_the_water(tmp_path):
     from iceslide_fem.preprocess.footprint.command import all_maps
 
@@ -236,10 +262,7 @@ def test_the_lug_is_that_of_a_block_or_the_footprint(line):
         (FootprintCase, {"water": "nan"}, "--water"),
         (FootprintCase, {"water": "20um", "lug": "0mm"}, "--lug"),
         (FootprintCase, {"lug": "6mm"}, "give --water, too"),
-        (FootprintCase, {"water": 0, "dry_stress": 1e5}, "--water and --dry-stress contradict"),
         (FootprintCase, {"water": 0, "water_speed": 0}, "--water-speed"),
-        (FootprintCase, {"water": 0, "viscosity": "eta.csv"}, "--water and rows of --viscosity"),
-        (FootprintCase, {"water": 0, "contact_age": "a.toml"}, "--water and --contact-age"),
         (WheelCase, {"water": "20um", "scene": "a.toml"}, "--scene and --water contradict"),
         (WheelCase, {"lug": "6mm", "scene": "a.toml"}, "--lug"),
     ],

@@ -215,7 +215,6 @@ def test_bad_dry_shear_is_one_sentence(film, words):
     [
         ({"model": "slice"}, "rubber.inertia"),
         ({"numerics": {"film_integrator": "explicit-euler", "max_step": 1e-6}}, "explicit-euler"),
-        ({"water": {"viscosity": [[263.15, 2.6e-3], [273.15, 1.8e-3]]}}, "water.viscosity"),
         ({"friction": {"law": "coulomb", "mu": 0.3}}, "friction.law"),
     ],
 )

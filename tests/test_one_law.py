@@ -116,6 +116,7 @@ def reference(names, steps=700):
         def contact(water, soft=soft):
             solid = P
             if water > 0.0 and float(TABLE(P * soft).H_V) < water:
+
                 def over(log):
                     at = np.exp(log)
                     edge = TABLE.pressure[0]
@@ -125,6 +126,7 @@ def reference(names, steps=700):
                     else:
                         held = np.log(float(TABLE(at).H_V))
                     return held - np.log(water)
+
                 solid = np.exp(brentq(over, -40.0, np.log(P * soft), xtol=1e-13)) / soft
             k, D, H_V, _ = (float(one) for one in TABLE(solid * soft))
             k *= min(1.0, solid * soft / TABLE.pressure[0])

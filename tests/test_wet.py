@@ -199,8 +199,6 @@ def test_a_sweep_of_points_is_the_points():
             'ice.water and film.voids = "stop" contradict',
         ),
         ({"film": {"contact": None, "k": 0.3, "D": 3e-5, "H_V": 2e-6}}, "film.k contradict"),
-        ({"film": {"dry_stress": 2e5}}, "film.dry_stress contradict"),
-        ({"rubber": {"heat": True}}, "rubber.heat = true contradict"),
         ({"model": "slice", "rubber": {"mesh": str(MESH)}}, "rubber.mesh contradict"),
     ],
 )

@@ -234,7 +234,7 @@ class Beside(NamedTuple):
             slides = (self.speed != 0.0) | self.films_freeze
             wet = carried.at_melting & (slides | (water > 0.0))
             of_films = np.where(slides, 1.0 - (1.0 - shared.k) * shared.filled, 0.0)
-            share = np.where(wet, of_films, 1.0)
+            share = np.where(wet, np.minimum(carried.cover, 1.0) * of_films, 1.0)
             freezes = Phase(share=share).of_voids(ice) - np.where(wet, warms, 0.0)
             left = np.maximum(left - self.dt / ice.solid.melting_enthalpy * freezes, 0.0)
             phase = Phase(np.where(wet, left, 0.0), share, wet | self.films_freeze)

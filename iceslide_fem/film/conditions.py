@@ -142,7 +142,8 @@ def scene_passes(scene: Scene) -> Passes:
     rubber, load, film = scene.rubber, scene.load, scene.film
     if rubber.row_pitch is not None:
         return Passes(rubber.rows, rubber.row_pitch / load.speeds.mean, "keep", scene.water_speed)
-    return Passes(load.passes, load.period or load.duration, film.between)
+    carried = scene.water_speed if scene.ice.motion == "sliding" else 1.0
+    return Passes(load.passes, load.period or load.duration, film.between, carried)
 
 
 def scene_loading(scene: Scene) -> Loading | None:

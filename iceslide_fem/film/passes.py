@@ -24,7 +24,7 @@ from iceslide_fem.runtime.arrays import Array
 class Passes(NamedTuple):
     """A `number` of passes with a `period` (s), and the treatment of water between them.
 
-    carried: fraction of the squeezed-out water that stays on the ice, if water is kept.
+    carried: fraction of the water on the ice that the voids take in.
     """
 
     number: int
@@ -90,6 +90,7 @@ def next_start(state: InterfaceState, films: Films, ice: Column, passes: Passes)
     else:
         heat, left, rest = frozen(heat, molten(height, squeezed, first), rest, ice)
         height, squeezed = unfrozen(height, left, first)
+        squeezed = passes.carried * squeezed
     heat = ice.cooled(heat, rest)
     log_height, internal = films.films(height, ice.surface_temperature(heat))
     young = films.untouched(height.size)

@@ -61,6 +61,10 @@ def closed_time(lug: float, start: float, end: float) -> float:
     return float(WATER_VISCOSITY * lug**2 / (2.0 * PRESSURE) * (end**-2 - start**-2))
 
 
+# Water does not freeze, and moves with the ice.
+AS_IS = "film.refreeze=nothing", "film.water_speed=1"
+
+
 def wet(sipes: int, speed: float = SPEED, water: float = WATER, tolerance: float = 1e-3) -> Scene:
     """A point of ice below the block for as long as it passes."""
     return scene_from_dict({
@@ -70,7 +74,9 @@ def wet(sipes: int, speed: float = SPEED, water: float = WATER, tolerance: float
         },
         "load": {"pressure": PRESSURE, "speed": speed, "duration": LENGTH / speed},
         "ice": {"temperature": f"{CELSIUS} degC", "water": water},
-        "film": {"voids": "carry", "contact": str(FILE)},
+        "film": {
+            "voids": "carry", "contact": str(FILE), "refreeze": "nothing", "water_speed": 1.0,
+        },
         "numerics": {"tolerance": tolerance},
     })  # fmt: skip
 
@@ -217,7 +223,9 @@ def print_slices(quick: bool) -> None:
     """The cases as slices."""
     rows = []
     for name in ("wet_slick", "wet_siped"):
-        scene = case(name, *(("numerics.refinement=0.4", "load.duration=1 ms") if quick else ()))
+        scene = case(
+            name, *AS_IS, *(("numerics.refinement=0.4", "load.duration=1 ms") if quick else ())
+        )
         with tempfile.TemporaryDirectory() as folder:
             summary = run(scene, Path(folder), pictures=False)
             history = read_run(folder).history
@@ -240,7 +248,9 @@ def print_stores(quick: bool) -> None:
     if quick:
         settings = ["load.duration=2 ms", "numerics.refinement=0.4"]
     for name, changes in STORES.items():
-        scene = case("wet_siped", "ice.motion=sliding", "ice.water=40 um", *settings, *changes)
+        scene = case(
+            "wet_siped", *AS_IS, "ice.motion=sliding", "ice.water=40 um", *settings, *changes
+        )
         with tempfile.TemporaryDirectory() as folder:
             summary = run(scene, Path(folder), pictures=False)
             history = read_run(folder).history
@@ -267,7 +277,9 @@ def drawn_below() -> Figure:
     figure = Figure(figsize=(10.5, 5.2), layout="constrained")
     panels = figure.subplots(2, len(SIPES), sharex=True, sharey="row")
     for (above, below), sipes in zip(panels.T, SIPES, strict=True):
-        sliding = slid(case("wet_siped", "ice.motion=sliding", f"rubber.sipes={sipes}")).last
+        sliding = slid(
+            case("wet_siped", *AS_IS, "ice.motion=sliding", f"rubber.sipes={sipes}")
+        ).last
         now, law = sliding.current, sliding.block.law
         water = sliding.frame.at_points(now.interface.squeezed_height, now.loads)
         solid = law.contact_pressure(now.loads.pressure, water, now.interface.age)
