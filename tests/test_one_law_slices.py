@@ -77,9 +77,9 @@ def test_a_restart_goes_on():
     here, there = (one.current for one in (sliding, again))
     for name in ("log_height", "squeezed_height", "age"):
         values = (getattr(one.interface, name) for one in (there, here))
-        np.testing.assert_allclose(*values, rtol=1e-5, atol=1e-15)
+        np.testing.assert_allclose(*values, rtol=3e-4, atol=1e-15)
     force = here.mechanics.friction_force
-    assert there.mechanics.friction_force == pytest.approx(force, rel=1e-5)
+    assert there.mechanics.friction_force == pytest.approx(force, rel=1e-4)
 
 
 @pytest.mark.mpi

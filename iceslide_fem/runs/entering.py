@@ -15,6 +15,7 @@ F is computed for a few entries and interpolated linearly in ln e.
 from __future__ import annotations
 
 import numpy as np
+from scipy.integrate import trapezoid
 
 from iceslide_fem.film.conditions import exposure, transit_time
 from iceslide_fem.film.point_result import PointResult
@@ -76,16 +77,16 @@ class Entering:
         values = self.at(name, time - s, s)
         rest = max(transit - time, 0.0)
         young = float(self.at(name, np.zeros(1), np.array([min(time, transit)]))[0])
-        return float((np.trapz(values, s) + rest * young) / transit)
+        return float((trapezoid(values, s) + rest * young) / transit)
 
     def amount(self, name: str, time: float, transit: float) -> float:
         """The block's sum of an energy or of water until a `time` (s)."""
         s = np.append(self.time[self.time < time], min(time, transit))
-        leaving = np.trapz(self.at(name, np.zeros(s.size), s), s)
+        leaving = trapezoid(self.at(name, np.zeros(s.size), s), s)
         leaving += max(transit - time, 0.0) * self.at(name, np.zeros(1), s[-1:])[0]
-        below = np.trapz(self.at(name, time - s, s), s)
+        below = trapezoid(self.at(name, time - s, s), s)
         entered = np.linspace(0.0, max(time - transit, 0.0), 60)
-        passed = np.trapz(self.at(name, entered, np.full(60, transit)), entered)
+        passed = trapezoid(self.at(name, entered, np.full(60, transit)), entered)
         return float((leaving + below + passed) / transit)
 
 
