@@ -133,7 +133,6 @@ def test_the_summary_does_not_doubt_dry_friction():
         ({"dry_stress": "none.csv"}, "--dry-stress"),
         ({"dry_stress": "dry.csv", "dry_softening": 1.0}, "--dry-softening and rows of --dry"),
         ({"dry_stress": "wrong.csv"}, "--dry-stress rises from row 1 to row 2"),
-        ({"dry_stress": 1e5, "viscosity": "water.csv"}, "--dry-stress and rows of --viscosity"),
     ],
 )
 def test_bad_dry_shear_is_one_sentence(values, words, tmp_path, monkeypatch):
