@@ -61,9 +61,9 @@ class Carried(NamedTuple):
 
     pressure: over the contact part of a place, Pa; cover: fade-in factor of the shear times the
     contact fraction of the place; viscosity: eta, Pa s; softness: of aged contact, p_e / p; least:
-    water that does not count, m (`wet`); at_melting: where water holds the
-    ice's surface at T_m in a step; flows: speed of the water over that of the ice, both relative to
-    the rubber, where ice passes (`moving`).
+    water that does not count, m (`wet`); at_melting: where water holds the ice's surface at T_m in
+    a step; flows: speed of the water over that of the ice, both relative to the rubber, where ice
+    passes.
     """
 
     voids: Voids

@@ -8,7 +8,7 @@ from typing import NamedTuple, Protocol, Self
 import numpy as np
 
 from iceslide_fem.film.carrying import Beside, Carried, Sharing
-from iceslide_fem.film.law import FilmForcing, FilmStage, Surface, log_shearing
+from iceslide_fem.film.law import FilmForcing, FilmHistory, FilmStage, Surface, log_shearing
 from iceslide_fem.film.limiting_shear import LimitingShear
 from iceslide_fem.film.phase import Phase, Refreeze
 from iceslide_fem.film.viscosity import VariableViscosity, consistent_viscosity
@@ -41,6 +41,9 @@ class StageLoads(FilmForcing, Protocol):
     def height(self, log_height: Array) -> Array:
         """h (m) from the height variable."""
 
+    def stress_of(self, shearing: Array, end: FilmHistory | FilmStage) -> Array:
+        """tau (Pa) of films of the `shearing` (1/m), and of water in voids that carry, (n,)."""
+
     def at_viscosity(self, ratio: Array) -> Self:
         """The loads with a viscosity of `ratio` times the reference, (n,)."""
 
@@ -70,14 +73,7 @@ class FilmOnIce(NamedTuple):
     @property
     def power_at_start(self) -> Array:
         """q_f (W/m2) of the film at the start of the stage."""
-        loads, shearing = self.loads, np.exp(log_shearing(self))
-        if loads.carried is None:
-            return np.asarray(loads.viscous * loads.speed * shearing)
-        shared = loads.carried.sharing(self.squeezed_height, loads.speed)
-        thick = shared.thick
-        if loads.variable_viscosity is not None:
-            thick = thick * np.exp(self.internal[loads.viscosity_row])
-        return np.asarray((loads.viscous * shared.viscous * shearing + thick) * loads.speed)
+        return self.loads.stress_of(np.exp(log_shearing(self)), self) * self.loads.speed
 
     def solve(self, ice: Surface, near: Array | None = None) -> FilmStage:
         """The stage above `ice`, with the viscosity at its end; `near` is not needed."""

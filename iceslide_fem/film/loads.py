@@ -151,10 +151,7 @@ class FilmLoads(NamedTuple):
 
     def shear(self, state: InterfaceState, ice: IceHeat) -> Array:
         """tau (Pa), (n,), of films in `state`, independent of the ice."""
-        shearing = np.exp(self.log_shearing(state))
-        if self.carried is None:
-            return np.asarray(self.viscous * shearing)
-        return self._of_both(shearing, state)
+        return self.stress_of(np.exp(self.log_shearing(state)), state)
 
     @property
     def viscosity_row(self) -> int:
@@ -177,18 +174,20 @@ class FilmLoads(NamedTuple):
             return 1.0
         shearing = np.exp(self.log_shearing(state))
         whole = self.viscous * shearing
-        now = self._of_both(shearing, state)
+        now = self.stress_of(shearing, state)
         return np.divide(now, whole, out=np.ones_like(now), where=whole != 0.0)
 
     def stress(self, stage: FilmStage) -> Array:
         """tau (Pa) at the end of a `stage` under these loads, (n,)."""
-        if self.carried is None:
-            return np.asarray(self.viscous * stage.shearing)
-        return self._of_both(stage.shearing, stage)
+        return self.stress_of(stage.shearing, stage)
 
-    def _of_both(self, shearing: Array, end: FilmHistory | FilmStage) -> Array:
-        """tau (Pa) of films and of water in voids that carry, at the `end` of a step or a stage."""
-        assert self.carried is not None
+    def stress_of(self, shearing: Array, end: FilmHistory | FilmStage) -> Array:
+        """tau (Pa) of films of the `shearing` (1/m), and of water in voids that carry, (n,).
+
+        end: end of a step or a stage, with the water in the voids.
+        """
+        if self.carried is None:
+            return np.asarray(self.viscous * shearing)
         shared = self.carried.sharing(end.squeezed_height, self.speed)
         thick = shared.thick
         if self.variable_viscosity is not None:
@@ -217,10 +216,7 @@ class FilmLoads(NamedTuple):
 
     def force(self, step: Step) -> Array:
         """Magnitude of tau (Pa) at the end of the `step`, (n,)."""
-        shearing = np.exp(log_shearing(step.state))
-        if self.carried is None:
-            return np.asarray(np.abs(self.viscous) * shearing)
-        return np.abs(self._of_both(shearing, step.state))
+        return np.abs(self.stress_of(np.exp(log_shearing(step.state)), step.state))
 
     def log_shearing(self, state: FilmHistory) -> Array:
         """ln(tau / c), (n,), of films in `state` at these slip speeds."""

@@ -46,13 +46,10 @@ class Phase(NamedTuple):
 
     def of_film(self, ice: Surface) -> Array:
         """Flux (W/m2) that films at T_m feed, a_c q_ice + q_r."""
-        if isinstance(self.share, float):
-            return ice.melted_flux if self.share == 1.0 else self._of_film(ice)
-        return self._of_film(ice)
+        if isinstance(self.share, float) and self.share == 1.0:
+            return ice.melted_flux
+        return np.asarray(self.share * (ice.melted_flux - ice.into_rubber) + ice.into_rubber)
 
     def of_voids(self, ice: Surface) -> Array:
         """Flux (W/m2) that water in the voids feeds at T_m, (1 - a_c) q_ice."""
         return np.asarray((1.0 - self.share) * (ice.melted_flux - ice.into_rubber))
-
-    def _of_film(self, ice: Surface) -> Array:
-        return np.asarray(self.share * (ice.melted_flux - ice.into_rubber) + ice.into_rubber)
