@@ -139,11 +139,11 @@ def varied_conditions(scene: Scene, **varied: ArrayLike) -> Conditions:
 
 def scene_passes(scene: Scene) -> Passes:
     """Passes of the scene over the same ice, or of rows of blocks."""
-    rubber, load, film = scene.rubber, scene.load, scene.film
-    if rubber.row_pitch is not None:
-        return Passes(rubber.rows, rubber.row_pitch / load.speeds.mean, "keep", scene.water_speed)
+    rubber, load = scene.rubber, scene.load
     carried = scene.water_speed if scene.ice.motion == "sliding" else 1.0
-    return Passes(load.passes, load.period or load.duration, film.between, carried)
+    if rubber.row_pitch is not None:
+        return Passes(rubber.rows, rubber.row_pitch / load.speeds.mean, scene.between, carried)
+    return Passes(load.passes, load.period or load.duration, scene.between, carried)
 
 
 def scene_loading(scene: Scene) -> Loading | None:
