@@ -117,7 +117,7 @@ def test_energies_and_melting_count_from_the_start_of_each_pass():
     rows, passes = history(scene(rubber={"sipes": 4}))
     for (first, last), found in zip(ends(rows), passes, strict=True):
         assert first.friction_work_J == 0.0 < last.friction_work_J == found.friction_work_J
-        assert abs(last.energy_imbalance) < 1e-9
+        assert abs(last.energy_imbalance) < 1e-4
         melting = [row for row in rows if row.pass_ == found.pass_ and row.melted_fraction]
         assert found.melt_onset_s == pytest.approx(melting[0].time_s - found.start_s)
 

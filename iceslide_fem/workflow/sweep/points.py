@@ -139,7 +139,7 @@ def _together(scenes: list[Scene]) -> list[CaseResult]:
     parts = [scene_conditions(scene) for scene in scenes]
     conditions = Conditions.together(parts)
     times = np.linspace(0.0, scenes[0].load.duration, SAMPLES)
-    work, missing = np.zeros((2, len(scenes)))  # energies, J/m2
+    work, heat = np.zeros((2, len(scenes)))  # J/m2, without latent heat
 
     settings = simulation_settings(scenes[0])
     loading = settings["loading"]
@@ -149,8 +149,7 @@ def _together(scenes: list[Scene]) -> list[CaseResult]:
     def add(record: Record) -> None:
         step, at = record.step, record.places
         work[record.points] += step.friction_work[at]
-        taken = step.ice_heat[at] + step.rubber_heat[at] + step.latent_heat[at]
-        missing[record.points] += step.friction_work[at] - taken
+        heat[record.points] += step.ice_heat[at] + step.rubber_heat[at]
         if heights is not None:
             heights.add(record)
 
@@ -163,6 +162,8 @@ def _together(scenes: list[Scene]) -> list[CaseResult]:
     else:
         height = heights.values
         height[:, -1] = result.film_height
+    melted = result.film_height + result.squeezed_height - conditions.initial_height
+    missing = work - heat - conditions.solid.melting_enthalpy * melted
     wall = (monotonic() - started) / len(scenes)
     outcomes = []
     for i in range(len(scenes)):
