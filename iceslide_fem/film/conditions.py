@@ -62,14 +62,14 @@ def simulation_settings(scene: Scene) -> dict[str, Any]:
 def rubber_columns(
     scene: Scene, duration: float | Array | None = None
 ) -> RubberColumns | Insulated:
-    """Thermal model of the rubber above the contact points, initially as warm as the ice.
+    """Thermal model of the rubber above the contact points, at its initial temperature.
 
     duration: for which its columns are made (see `Column`), s; by default the scene's.
     """
     if not scene.rubber.heat:
         return INSULATED
     return RubberColumns(
-        scene.ice.temperature,
+        scene.rubber_temperature,
         scene.load.duration if duration is None else duration,
         scene.rubber.solid,
         half_film(scene),
@@ -155,4 +155,4 @@ def scene_loading(scene: Scene) -> Loading | None:
     if load.changes:
         near = SAMPLED * scene.numerics.tolerance
         courses = load.pressures.sampled(near), load.speeds.sampled(near)
-    return Loading(*courses, scene.contact_parameters, age)
+    return Loading(*courses, scene.contact_parameters, age, scene.rubber.temperature)

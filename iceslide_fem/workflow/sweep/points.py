@@ -91,13 +91,13 @@ def _shared(scene: Scene) -> tuple[Any, ...]:
     """Key of scenes that can share a call.
 
     It has duration, settings, ground, number of rows and freezing of dry shear, and rubber columns,
-    which start at the ice's temperature.
+    which start at one temperature.
     """
     ice, rubber, strength = scene.ice, scene.rubber, shear_strength(scene)
     heat: tuple[Any, ...] = ()
     if rubber.heat:
         film = scene.film.conductance, scene.water.conductivity
-        heat = ice.temperature, ice.melting_temperature, *rubber.solid, *film
+        heat = scene.rubber_temperature, ice.melting_temperature, *rubber.solid, *film
     below = None if ice.ground == BOTTOMLESS else ice.solid  # one solid for all on it
     rows = 0 if strength is None else len(strength.depth)
     limit = rows, scene.refreeze
