@@ -52,6 +52,15 @@ class Sharing(NamedTuple):
     filled: Array
 
 
+class Whole(NamedTuple):
+    """The contact with all pressure on the asperities: p (Pa), k, D (m), H_V (m); arrays (n,)."""
+
+    pressure: Array
+    k: Array
+    D: Array
+    held: Array
+
+
 # Sharing, water in the voids (m), surface, what freezes -> the film's stage.
 FilmOf = Callable[[Sharing, Array, Surface, Phase | None], FilmStage]
 
@@ -135,6 +144,14 @@ class Carried(NamedTuple):
         )
 
     @property
+    def whole(self) -> Whole:
+        """The contact without water that bears load."""
+        p = np.maximum(self.pressure, 0.0)
+        k, D = self.voids.table.k_and_D(p * self.softness)
+        held = self.voids.held(np.maximum(p * self.softness, np.finfo(float).tiny))
+        return Whole(p, k, D, held)
+
+    @property
     def held(self) -> Array:
         """H_V (m) under all of the pressure; that of the least pressure without any."""
         least = self.voids.table.pressure[0]
@@ -145,16 +162,17 @@ class Carried(NamedTuple):
         p = np.maximum(self.pressure, 0.0)
         return np.minimum(p, self.voids.carried(water / self.flows) / self.softness)
 
-    def sharing(self, water: Array, speed: Array) -> Sharing:
-        """Load sharing with `water` (m) in the voids, at a slip `speed` (m/s)."""
-        p, solid = np.maximum(self.pressure, 0.0), self.contact_pressure(water)
-        depth = water / self.flows
+    def sharing(self, water: Array, speed: Array, whole: Whole | None = None) -> Sharing:
+        """Load sharing with `water` (m) in the voids, at a slip `speed` (m/s).
+
+        whole: that of these voids, if it is known.
+        """
+        p, whole_k, whole_D, held = whole or self.whole
+        depth, solid = water / self.flows, self.contact_pressure(water)
         k, D = self.voids.contact(solid * self.softness)
-        whole_k, whole_D, _, _ = self.voids.table(p * self.softness)
         share = np.divide(solid, p, out=np.ones_like(p), where=p > 0.0)
         shear = self.viscosity * speed * (1.0 - share) * self.cover
         thick = np.divide(shear, depth, out=np.zeros_like(p), where=share < 1.0)
-        held = self.voids.held(np.maximum(solid * self.softness, np.finfo(float).tiny))
         filled = np.minimum(np.maximum(depth, 0.0) / held, 1.0)
         squeeze = share * (whole_D / D) ** 2
         return Sharing(k / whole_k, squeeze, p - solid, thick, k, filled)
@@ -182,18 +200,15 @@ class Beside(NamedTuple):
         point is therefore unique. It is bracketed by values of W with more and with less water
         left. Where nothing is left without water in the voids, all of it freezes.
         """
-        carried = self.carried
-        pressure = np.maximum(carried.pressure, 0.0)
-        held = carried.flows * carried.voids.held(
-            np.maximum(pressure * carried.softness, np.finfo(float).tiny)
-        )
+        whole = self.carried.whole
+        held = self.carried.flows * whole.held
         if self.by_area:
             moves, low, left = held > 0.0, np.full_like(held, DRIEST), self.water
             if self.films_freeze or not (self.water > MUCH * held).all():
-                _, left = self._with(np.zeros_like(held), ice)
+                _, left = self._with(np.zeros_like(held), ice, whole)
                 moves = left > GONE * held
         else:
-            found, left = self._with(np.minimum(self.water, held), ice)
+            found, left = self._with(np.minimum(self.water, held), ice, whole)
             moves, low = left > held, held.copy()
             if not moves.any():
                 return found._replace(squeezed_height=left)  # not full: it bears nothing
@@ -202,7 +217,7 @@ class Beside(NamedTuple):
         water = np.where(moves, np.where(self.water > 0.0, start, left), left)
         before, residual_before = np.full_like(water, np.nan), np.full_like(water, np.nan)
         for _ in range(MOST_PASSES):
-            found, left = self._with(water, ice)
+            found, left = self._with(water, ice, whole)
             with np.errstate(divide="ignore"):
                 residual = np.log(np.divide(water, left, out=np.ones_like(water), where=moves))
             if not (np.abs(residual) > SETTLED).any():
@@ -221,9 +236,9 @@ class Beside(NamedTuple):
             squeezed_height=water, log_height=np.where(np.isnan(water), np.nan, found.log_height)
         )
 
-    def _with(self, water: Array, ice: Surface) -> tuple[FilmStage, Array]:
+    def _with(self, water: Array, ice: Surface, whole: Whole) -> tuple[FilmStage, Array]:
         """The stage with the load sharing of `water` (m), and the water left in the voids (m)."""
-        carried, shared = self.carried, self.carried.sharing(water, self.speed)
+        carried, shared = self.carried, self.carried.sharing(water, self.speed, whole)
         warms = shared.thick * self.speed
         depth = water / carried.flows
         out = carried.voids.outflow(shared.borne, depth, carried.viscosity) / carried.flows

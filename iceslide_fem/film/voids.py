@@ -78,7 +78,7 @@ class Voids:
 
     def contact(self, pressure: Array) -> tuple[Array, Array]:
         """k and D (m) under contact pressures (Pa), (n,)."""
-        k, D, _, _ = self.table(pressure)
+        k, D = self.table.k_and_D(pressure)
         share = np.minimum(pressure / self.table.pressure[0], 1.0)
         return np.maximum(k * share, NO_CONTACT), D
 

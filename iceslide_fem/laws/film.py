@@ -287,24 +287,29 @@ class FilmLaw:
             if films.water is None:
                 unit, slope = self.shear(pressure, np.ones_like(whole), whole, films.age)
                 return unit * speed, slope * speed, unit * viscous
-            film, thick = self._beside(pressure, whole, films)
             step = 1e-6 * np.maximum(np.abs(pressure), 1.0)
-            more = sum(self._beside(pressure + step, whole, films))
-            slope = (more - film - thick) / step
-            return (film + thick) * speed, slope * speed, film * viscous + thick
+            film, thick = self._beside(np.stack([pressure, pressure + step]), whole, films)
+            here, more = film + thick
+            slope = (more - here) / step
+            return here * speed, slope * speed, film[0] * viscous + thick[0]
 
         return shear
 
     def _beside(self, pressure: Array, whole: Array, films: Seen) -> tuple[Array, Array]:
-        """tau of film and water over the slip speed (Pa s/m), beside voids that carry."""
+        """tau of film and water over the slip speed (Pa s/m), beside voids that carry.
+
+        pressure: several (Pa) at all points, (m, ...), as the results.
+        """
         assert films.water is not None
-        flat = pressure.ravel()
-        loads = self.loads(flat, np.ones_like(flat), films.age)
+        flat, many = pressure.ravel(), len(pressure)
+        loads = self.loads(flat, np.ones_like(flat), np.tile(films.age, many))
         assert loads.carried is not None
-        shared = loads.carried.sharing(films.water, loads.speed)
+        shared = loads.carried.sharing(np.tile(films.water, many), loads.speed)
         film = (loads.viscous * shared.viscous).reshape(pressure.shape) / whole
-        thick = shared.thick if films.viscosity is None else shared.thick * films.viscosity
-        return film, thick.reshape(pressure.shape)
+        thick = shared.thick.reshape(pressure.shape)
+        if films.viscosity is not None:
+            thick = thick * films.viscosity.reshape(whole.shape)
+        return film, thick
 
     def shear(
         self, pressure: Array, speed: Array, film_height: Array, age: Array = YOUNG

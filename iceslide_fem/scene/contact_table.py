@@ -69,6 +69,11 @@ class ContactTable:
         k = self.k.at(place)
         return k, self.k.slope_at(place, k)
 
+    def k_and_D(self, pressure: ArrayLike) -> tuple[Array, Array]:
+        """k and D (m) alone at `pressure` (Pa, any shape)."""
+        place = self.k.place(pressure)
+        return self.k.at(place), self.D.at(place)
+
     def outside(self, pressure: ArrayLike) -> Mask:
         """Where `pressure` (Pa) lies outside the table's range, to rounding."""
         p = np.asarray(pressure)
