@@ -2,8 +2,7 @@
 
 A point, slices on ice that is attached or slides, and a block: default, each component alone, all
 together. The default keeps the shape of a block while its shear hardly changes; rubber that relaxes
-needs an equilibrium in every step, so the default of blocks is also that with inertia and relaxation
-alone ("contact age"). --quick: short runs.
+needs an equilibrium in every step. --quick: short runs.
 """
 
 from __future__ import annotations
