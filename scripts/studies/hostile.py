@@ -1,13 +1,14 @@
 """Scenes at and beyond the edges of every range: what becomes of them.
 
-Points, slices and coarse blocks, on attached ice and on ice that slides with either carrier, and
-points and slices on wet ice, drawn at random. Each is refused well (one sentence), finished well
+Points, slices and coarse blocks, on attached ice and on ice that slides with either carrier, then
+points and slices drawn at random: on wet ice, and with components of the film law together. Each is
+refused well (one sentence), finished well
 (finite, mu > 0 below constant loads, all water accounted for, energies that close to 1 % or a
 warning), stopped with its cause (a sentence; how many of these by the study's time limit is said),
 or wrong: anything else, also no answer in time. Time is the processor's, so that what else runs on
 the machine does not count. Prints the counts, and every wrong scene. What became of each is kept in
 results/studies/hostile.jsonl as it comes, from where --go-on takes it. --quick runs every fortieth,
---wet those on wet ice alone.
+--wet those on wet ice alone, --components those of components.
 """
 
 from __future__ import annotations
@@ -37,6 +38,7 @@ from iceslide_fem.runtime.errors import SceneError, SimulationStopped
 from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.scene.toml import parsed, put
 from scripts.studies.common import RESULTS, ROOT, options, table
+from scripts.studies.component_changes import component_changes
 from scripts.studies.wet_changes import wet_changes
 
 TIME_LIMIT = 10.0  # s of the processor that a slice or block may take: numerics.time_limit
@@ -151,8 +153,8 @@ def scenes() -> Iterator[tuple[str, dict[str, Any]]]:
     for _ in range(RANDOM):
         two = [word for change in draw.sample(changes["slice"], 2) for word in change]
         yield _scene("slice", draw.choice(list(KINEMATICS)), two)
-    for wet in wet_changes():
-        yield _scene(*wet)
+    for drawn in itertools.chain(wet_changes(), component_changes()):
+        yield _scene(*drawn)
 
 
 def outcome(tables: dict[str, Any], pictures: bool = False) -> Outcome:
@@ -352,12 +354,15 @@ def main() -> None:
     parser = options(__doc__)
     parser.add_argument("--quick", action="store_true", help="every fortieth scene")
     parser.add_argument("--wet", action="store_true", help="those on wet ice alone")
+    parser.add_argument("--components", action="store_true", help="those of components alone")
     parser.add_argument("--all", action="store_true", help="print every scene and its sentence")
     parser.add_argument("--go-on", action="store_true", help="take what is kept of an earlier call")
     parser.add_argument("--pictures", action="store_true", help="let every run draw its report")
     parser.add_argument("-j", "--processes", type=int, default=2)
     arguments = parser.parse_args()
     chosen = [scene for scene in scenes() if WET in scene[0] or not arguments.wet]
+    if arguments.components:
+        chosen = [_scene(*drawn) for drawn in component_changes()]
     chosen = chosen[:: 40 if arguments.quick else 1]
     found = _kept() if arguments.go_on else {}
     left = [scene for scene in chosen if scene[0] not in found]

@@ -27,7 +27,7 @@ def wet_changes(seed: int = 2) -> Iterator[tuple[str, str, list[str]]]:
 
 def _changes(draw: random.Random) -> list[str]:
     duration = draw.choice([0.2, 0.5, 2.0])  # ms
-    pressure, speed = _between(draw, PRESSURES), _between(draw, SPEEDS)
+    pressure, speed = between(draw, PRESSURES), between(draw, SPEEDS)
     length, sipes = draw.choice(LENGTHS), draw.randint(0, MOST_SIPES)
     changes = [
         "film.voids=carry",
@@ -36,8 +36,8 @@ def _changes(draw: random.Random) -> list[str]:
         f"rubber.length={length:g}mm",
         f"rubber.height={min(length, 8.0):g}mm",
         f"load.duration={duration:g}ms",
-        f"load.pressure={_course(draw, duration, pressure, [_between(draw, PRESSURES)], 'bar')}",
-        f"load.speed={_course(draw, duration, speed, [0.0, 0.0, 0.5 * speed], 'm/s')}",
+        f"load.pressure={course(draw, duration, pressure, [between(draw, PRESSURES)], 'bar')}",
+        f"load.speed={course(draw, duration, speed, [0.0, 0.0, 0.5 * speed], 'm/s')}",
         f"film.water_speed={draw.choice([1.0, 1.0, 0.5, 0.0]):g}",
         f"numerics.tolerance={draw.choice([0.05, 0.01, 0.01, 0.002]):g}",
     ]
@@ -52,13 +52,13 @@ def _changes(draw: random.Random) -> list[str]:
     return changes
 
 
-def _between(draw: random.Random, ends: tuple[float, float]) -> float:
+def between(draw: random.Random, ends: tuple[float, float]) -> float:
     """A value whose logarithm is drawn evenly."""
     low, high = ends
     return low * (high / low) ** draw.random()
 
 
-def _course(
+def course(
     draw: random.Random, duration: float, first: float, following: list[float], unit: str
 ) -> str:
     """A number, or one time in three rows of times (ms) from `first` through what follows."""
