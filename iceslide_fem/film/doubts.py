@@ -13,16 +13,35 @@ WITHOUT_MELTING = (
     "Where rubber slides on ice without melting it measured friction is many times higher "
     "(docs/explanation/models.md)"
 )
+LARGEST_IMBALANCE = 0.01  # error of an energy balance, relative to its scale
 MOST = 0.5  # fraction of the contact without melting above which it dominates mu
 
 
-def doubts(height: float, friction: float, melting: float, dry: bool = False) -> list[str]:
+def unbalanced(imbalance: float, scale: str) -> list[str]:
+    """Warning about an energy `imbalance` over what `scale` says."""
+    if abs(imbalance) <= LARGEST_IMBALANCE:
+        return []
+    kind = "missing" if imbalance > 0.0 else "too much"
+    return [
+        f"the energies do not close: {abs(imbalance):.1%} of {scale} is {kind}, so mu is as "
+        "uncertain"
+    ]
+
+
+def doubts(
+    height: float, friction: float, melting: float, dry: bool = False, wet: bool = False
+) -> list[str]:
     """Warnings, without full stop: least film height (m), largest mu, ice that does not melt.
 
-    melting: largest fraction of the contact that melts; dry: whether the law has dry friction, or
-    water without melting: then a missing film is no reason to warn.
+    melting: largest fraction of the contact that melts; dry: whether the law has dry friction; wet:
+    whether there is water without melting.
     """
     found = []
+    if wet and not dry and height < THINNEST_FILM:
+        found.append(
+            f"the film freezes to {1e9 * height:.2g} nm: only film.dry_stress limits its shear"
+        )
+    dry = dry or wet  # a missing film is then no reason to warn
     if melting == 0.0 and not dry:
         found.append(f"the ice does not melt: {WITHOUT_MELTING}")
     elif melting < 1.0 - MOST and not dry:

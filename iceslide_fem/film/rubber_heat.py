@@ -21,13 +21,16 @@ from iceslide_fem.scene.materials import MELTING_TEMPERATURE, WATER_CONDUCTIVITY
 # bodies' resistances, so the remaining error is a hundredth of it.
 HEIGHT_TOLERANCE = 1e-6
 MAX_PASSES = 20
+# m, of films that conduct. Bodies of unlike temperature that meet without resistance have an
+# infinite flux at first, which no step resolves.
+THINNEST = 1e-9
 
 
 class HalfFilm(NamedTuple):
     """Conductance from the middle of a film to each body.
 
     conductance: given G (W/(m2 K)); if None, G = 2 k_w / h with the conductivity k_w (W/(m K)) of
-    `water`.
+    `water`, and h of at least 1 nm.
     """
 
     conductance: float | None = None
@@ -37,7 +40,7 @@ class HalfFilm(NamedTuple):
         """1/G (K m2/W) of films of the `height` (m)."""
         if self.conductance is not None:
             return np.full_like(height, 1.0 / self.conductance)
-        return np.asarray(height / (2.0 * self.water))
+        return np.maximum(height, THINNEST) / (2.0 * self.water)
 
 
 WATER_FILM = HalfFilm()

@@ -22,8 +22,8 @@ from iceslide_fem.film.point_result import PointResult
 from iceslide_fem.laws.protocol import InterfaceLaw
 from iceslide_fem.output.table import HistoryRow
 from iceslide_fem.output.water import AMOUNTS as WATER_AMOUNTS
-from iceslide_fem.runs.point_pass import first_state, ice_of, one_pass
-from iceslide_fem.runs.point_passes import AMOUNTS, MEANS, SWITCHES, imbalance, left_behind
+from iceslide_fem.runs.point_pass import first_state, ice_of, imbalance, one_pass
+from iceslide_fem.runs.point_passes import AMOUNTS, MEANS, SWITCHES, left_behind
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene import Scene
 
@@ -125,6 +125,7 @@ def rows_over_ageing(scene: Scene, law: InterfaceLaw) -> tuple[list[HistoryRow],
         values["friction_force_N"] = values["mu"] * values["normal_force_N"]
         values["water_left_m3"] = left_behind(values)
         row = kind(**values)
-        block.append(row._replace(energy_imbalance=imbalance(row), newton_iterations=0))
+        missing = imbalance(row, scene.ice.solid)
+        block.append(row._replace(energy_imbalance=missing, newton_iterations=0))
         before = t
     return block, results[0]

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from iceslide_fem.film.doubts import doubts
+from iceslide_fem.film.doubts import doubts, unbalanced
 from iceslide_fem.film.point_result import PointResult
 from iceslide_fem.laws.table import law_of
 from iceslide_fem.output.table import HistoryRow, PassRow
@@ -31,7 +31,9 @@ def point_history(
     law = law_of(scene)
     if scene.several_passes:
         rows, entries = passes_history(scene, law, observe)
-        return rows, entries | {"energy_imbalance": rows[-1].energy_imbalance}
+        missing = rows[-1].energy_imbalance
+        entries["warnings"] += unbalanced(missing, "the largest energy")
+        return rows, entries | {"energy_imbalance": missing}
     passes = scene.ice.motion == "sliding"
     ages = passes and law.untouched(1).size > 0
     rows, result = rows_over_ageing(scene, law) if ages else one_pass(scene, law, ice_of(scene))
@@ -40,12 +42,14 @@ def point_history(
     entries["warnings"] = []
     if np.isfinite(thinnest):  # else the law has no films
         melts = float(entries["melt_onset_s"] is not None)
-        dry = scene.film.dry_stress is not None or scene.ice.is_wet
-        entries["warnings"] = doubts(thinnest, float(result.mu_peak[0]), melts, dry)
+        dry, wet = scene.film.dry_stress is not None, scene.ice.is_wet
+        entries["warnings"] = doubts(thinnest, float(result.mu_peak[0]), melts, dry, wet)
     if passes:
         rows = rows if ages else block_rows(rows, scene)
         entries |= mean_summary(rows)
-    return rows, entries | {"energy_imbalance": rows[-1].energy_imbalance}
+    missing = rows[-1].energy_imbalance
+    entries["warnings"] += unbalanced(missing, "the largest energy")
+    return rows, entries | {"energy_imbalance": missing}
 
 
 def point_doubts(result: PointResult, number: int, dry: bool) -> list[str]:

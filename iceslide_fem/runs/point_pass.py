@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from functools import reduce
-from operator import sub
-
 import numpy as np
 
 from iceslide_fem.film.conditions import FIXED_STEPS, exposure, ice_model, rubber_columns
@@ -23,6 +20,7 @@ from iceslide_fem.runtime.terminal import LongTask
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.course import SAMPLED
+from iceslide_fem.scene.materials import Solid
 
 # Energies of a step, J/m2: friction work, then its sinks.
 ROUNDING = 1e-12  # of the duration
@@ -73,8 +71,6 @@ class PointRows:
                 self._first_water = water
             melted = water + self._flowed_out - self._first_water
             self._energies["latent_heat"] = self._scene.ice.solid.melting_enthalpy * melted
-        work, *taken = self._energies.values()
-        missing = reduce(sub, taken, work)
         pressure = load.pressures.at(time)
         squeezed = float(self._law.water_height(state)[0])
         known = {
@@ -88,7 +84,6 @@ class PointRows:
             "friction_force_N": shear * area,
             "melted_fraction": float(melting),
             "saturated_fraction": float(saturated),
-            "energy_imbalance": missing / work if work else 0.0,
             "water_squeezed_m3": self._squeezed,
             "water_below_m3": squeezed * area,
         }
@@ -96,7 +91,21 @@ class PointRows:
         internal = self._law.reported(state.internal, np.array([pressure]), state.age)
         of_law = {name: float(values[0]) for name, values in internal.items()}
         of_law |= self._water.columns(state, pressure, step)
-        self.rows.append(row_of(load, time, known | energies, of_law))
+        row = row_of(load, time, known | energies, of_law)
+        self.rows.append(row._replace(energy_imbalance=imbalance(row, self._scene.ice.solid)))
+
+
+def imbalance(row: HistoryRow, ice: Solid) -> float:
+    """Error of the energy balance of a point over its largest energy.
+
+    That is the friction work, the heat of a body, or the latent heat of the water in film and
+    voids, of which steps lose a fraction.
+    """
+    heats = row.ice_heat_J, row.rubber_heat_J, row.latent_heat_J
+    area, film = row.normal_force_N / row.nominal_pressure_Pa, np.nan_to_num(row.film_height_m)
+    there = ice.melting_enthalpy * (area * film + row.water_below_m3)
+    largest = max(row.friction_work_J, there, *map(abs, heats))
+    return float((row.friction_work_J - sum(heats)) / largest) if largest else 0.0
 
 
 def first_state(scene: Scene, law: InterfaceLaw, ice: Column | HalfSpace) -> InterfaceState:

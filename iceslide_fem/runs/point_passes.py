@@ -22,7 +22,7 @@ from iceslide_fem.laws.points import FilmsOfLaw
 from iceslide_fem.laws.protocol import InterfaceLaw
 from iceslide_fem.output.table import HistoryRow, PassRow, of_pass
 from iceslide_fem.output.water import AMOUNTS as WATER_AMOUNTS
-from iceslide_fem.runs.point_pass import first_state, one_pass
+from iceslide_fem.runs.point_pass import first_state, imbalance, one_pass
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.launch import rank
 from iceslide_fem.runtime.terminal import LongTask
@@ -82,7 +82,10 @@ def block_rows(rows: list[HistoryRow], scene: Scene) -> list[HistoryRow]:
         last |= {"time_s": duration, "step_s": left, "slip_m": slip}
         last["water_left_m3"] = left_behind(last)
         found.append(kind(**last))
-    return [row._replace(energy_imbalance=imbalance(row), newton_iterations=0) for row in found]
+    solid = scene.ice.solid
+    return [
+        row._replace(energy_imbalance=imbalance(row, solid), newton_iterations=0) for row in found
+    ]
 
 
 def left_behind(table: Mapping[str, Any]) -> Any:
@@ -94,12 +97,6 @@ def left_behind(table: Mapping[str, Any]) -> Any:
 def _columns(rows: list[HistoryRow]) -> dict[str, tuple[float, ...]]:
     """Name -> values of the rows."""
     return dict(zip(rows[0]._fields, zip(*rows, strict=True), strict=True))
-
-
-def imbalance(row: HistoryRow) -> float:
-    """Error of the energy balance over the friction work."""
-    found = row.ice_heat_J + row.rubber_heat_J + row.latent_heat_J
-    return (row.friction_work_J - found) / row.friction_work_J if row.friction_work_J else 0.0
 
 
 def mean_summary(rows: list[HistoryRow]) -> dict[str, Any]:

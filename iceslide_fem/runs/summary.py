@@ -8,13 +8,12 @@ from typing import Any
 import numpy as np
 from scipy.integrate import trapezoid
 
-from iceslide_fem.film.doubts import doubts
+from iceslide_fem.film.doubts import doubts, unbalanced
 from iceslide_fem.output.history import outside_table, thinnest_film
 from iceslide_fem.rubber.failure import FOLDED, TIPPED
 from iceslide_fem.runs.pace import Observation
 
 # Thresholds of warnings in the summary.
-LARGEST_IMBALANCE = 0.01  # error of the energy balance over the friction work
 LARGEST_OUTSIDE = 0.1  # fraction of the contact area outside the table of k, D and H_V
 
 
@@ -34,7 +33,7 @@ class Results:
         self.thinnest_film = math.inf
         self.passes, self.last_pass = 0, math.nan  # finished; mean mu of the last
         self.melted = 0.0  # largest fraction of the contact
-        self.dry = False  # whether the law has dry friction, or water without melting
+        self.dry = self.wet = False  # whether the law has dry friction, or water without melting
 
     def __call__(self, step: Observation) -> None:
         """Add t = 0 or an accepted step. Collective."""
@@ -50,7 +49,7 @@ class Results:
             self.melt_onset = now
         if self.saturation is None and row.saturated_fraction > 0.0:
             self.saturation = now
-        self.dry = block.scene.film.dry_stress is not None or block.scene.ice.is_wet
+        self.dry, self.wet = block.scene.film.dry_stress is not None, block.scene.ice.is_wet
         self.thinnest_film = min(self.thinnest_film, thinnest_film(step.sliding))
         if step.solved:
             posture = block.posture()
@@ -94,12 +93,7 @@ class Results:
 
     def _warnings(self) -> list[str]:
         """Warnings on these results."""
-        found = []
-        if not abs(self.imbalance) <= LARGEST_IMBALANCE:
-            found.append(
-                f"the energies do not close: {abs(self.imbalance):.1%} of the friction work is "
-                f"{'missing' if self.imbalance > 0.0 else 'too much'}, so mu is as uncertain"
-            )
+        found = unbalanced(self.imbalance, "the friction work")
         if self.bottom < TIPPED:
             found.append(
                 f"the block tipped: once only {self.bottom:.0%} of its bottom touched the ice"
@@ -114,5 +108,5 @@ class Results:
                 "pressures that the table of k, D and H_V does not cover: its nearest end was taken"
             )
         if math.isfinite(self.thinnest_film):  # else the law has no film
-            found += doubts(self.thinnest_film, self.peak, self.melted, self.dry)
+            found += doubts(self.thinnest_film, self.peak, self.melted, self.dry, self.wet)
         return found

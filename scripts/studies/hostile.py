@@ -337,7 +337,8 @@ def _fault_of_water(rows: list[dict[str, float]]) -> str:
         if row["water_height_m"] < 0.0 or not -ROUNDING <= row[BORNE] <= 1.0 + ROUNDING:
             return f"{row['water_height_m']:.3g} m of water bear {row[BORNE]:.3g} of the load"
         came, is_there = (sum(row[f"water_{name}_m3"] for name in names) for names in LEDGER)
-        if abs(came - is_there) > LARGEST_LEAK * came:
+        most = max(abs(row[f"water_{name}_m3"]) for name in itertools.chain(*LEDGER))
+        if abs(came - is_there) > LARGEST_LEAK * most:
             return f"{came - is_there:.3g} of {came:.3g} m3 of water are nowhere"
     return ""
 

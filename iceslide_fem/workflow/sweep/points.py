@@ -162,13 +162,15 @@ def _together(scenes: list[Scene]) -> list[CaseResult]:
     else:
         height = heights.values
         height[:, -1] = result.film_height
-    melted = result.film_height + result.squeezed_height - conditions.initial_height
-    missing = work - heat - conditions.solid.melting_enthalpy * melted
+    there = result.film_height + result.squeezed_height
+    latent, melted = conditions.solid.melting_enthalpy, there - conditions.initial_height
+    missing = work - heat - latent * melted
+    largest = np.maximum.reduce([work, np.abs(heat), latent * there])
     wall = (monotonic() - started) / len(scenes)
     outcomes = []
     for i in range(len(scenes)):
         entries = point_summary(result, i) | {
-            "energy_imbalance": float(missing[i] / work[i]),
+            "energy_imbalance": float(missing[i] / largest[i]),
             "wall_s": wall,
             "warnings": point_doubts(result, i, conditions.limit is not None),
             "versions": versions(),
