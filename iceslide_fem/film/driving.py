@@ -51,8 +51,15 @@ class PointLoads(Loads, Protocol):
         """Relative distance of loads in the `middle` of a step from the line between its ends."""
 
 
+SHORTER = "take a shorter one, or an implicit integrator"
+
+
 class Drive(Protocol):
     """Loads of points over time; times (s) are one per point, (n,)."""
+
+    @property
+    def advice(self) -> str:
+        """What to do if a step fails, in words."""
 
     @property
     def constant(self) -> bool:
@@ -92,6 +99,7 @@ class Driven(NamedTuple):
     conditions: Conditions
     loading: Loading | None = None
     water: Curve | None = None
+    advice: str = SHORTER
 
     @property
     def constant(self) -> bool:

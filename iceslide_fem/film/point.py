@@ -261,6 +261,5 @@ def _refuse(stuck: Index, dt: Array, front: Front) -> None:
         i, subject = stuck[0], front.drive.subject(stuck[0], front.time)
         raise SimulationStopped(
             f"{subject} cannot be advanced beyond t = {front.time[i]:.4g} s: a step of "
-            f"{dt[i]:.2g} s is too long for this integrator; take a shorter one, or an implicit "
-            "integrator"
+            f"{dt[i]:.2g} s is too long for this integrator; {front.drive.advice}"
         )

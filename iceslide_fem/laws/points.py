@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem.film.driving import PointLoads
+from iceslide_fem.film.driving import SHORTER, PointLoads
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.laws.protocol import InterfaceLaw
 from iceslide_fem.runtime.arrays import Array, Index, Mask
@@ -44,6 +44,14 @@ class LawDrive(NamedTuple):
     pressures: Course
     speeds: Course
     fractions: Array
+
+    @property
+    def advice(self) -> str:
+        """What to do if a step fails; a film that freezes to nothing has no limit of its shear."""
+        freezes = self.law.wet is not None and self.law.viscous
+        return (
+            "where its film freezes only film.dry_stress limits its shear" if freezes else SHORTER
+        )
 
     @property
     def constant(self) -> bool:
