@@ -156,7 +156,7 @@ class FilmLoads(NamedTuple):
     @property
     def viscosity_row(self) -> int:
         """Number of the internal variable ln(eta / eta_0)."""
-        return 1 if self.limit is None else 2
+        return viscosity_row(self.limit)
 
     def at_viscosity(self, ratio: Array) -> FilmLoads:
         """The loads with a viscosity of `ratio` times the reference, (n,)."""
@@ -272,6 +272,11 @@ class FilmLoads(NamedTuple):
             return film | ((self.refreeze == "all") & (state.squeezed_height > 0.0))
         film &= (self.limit is not None) & (self.carried.pressure > 0.0)
         return film | self.carried.wet(state.squeezed_height)
+
+
+def viscosity_row(limit: LimitingShear | None) -> int:
+    """Number of the internal variable ln(eta / eta_0), behind those of a limit."""
+    return 1 if limit is None else 2
 
 
 def squeeze_rate(pressure: T, D: T, viscosity: Any = WATER_VISCOSITY) -> T:

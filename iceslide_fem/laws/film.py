@@ -19,7 +19,7 @@ from iceslide_fem.film.first_films import films_of
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.film.law import log_shearing
 from iceslide_fem.film.limiting_shear import SHEAR_STRENGTH, SLOWEST, LimitingShear
-from iceslide_fem.film.loads import FilmLoads, film_loads
+from iceslide_fem.film.loads import FilmLoads, film_loads, viscosity_row
 from iceslide_fem.film.phase import Refreeze
 from iceslide_fem.film.shear_strength import shear_strength, shearing_height
 from iceslide_fem.film.viscosity import FILM_VISCOSITY, VariableViscosity
@@ -192,7 +192,7 @@ class FilmLaw:
     def sheared(self, state: InterfaceState, temperature: Callable[[], Array]) -> Sheared:
         """The shear law of films in `state`, with their present strength and water."""
         water = None if self.wet is None else state.squeezed_height
-        ratio = np.exp(state.internal[self._viscosity_row]) if self.water is not None else None
+        ratio = np.exp(state.internal[viscosity_row(self.limit)]) if self.water is not None else None
         if self.limit is None:
             return self.over(Seen(np.exp(-log_shearing(state)), None, water, state.age, ratio))
         height = self.limit.height(state.log_height)
@@ -208,7 +208,7 @@ class FilmLaw:
             return state
         log_viscosity, internal = np.zeros_like(state.log_height), state.internal.copy()
         if self.water is not None:
-            log_viscosity = internal[self._viscosity_row]
+            log_viscosity = internal[viscosity_row(self.limit)]
         limit = self.limit.at_viscosity(np.exp(log_viscosity))
         height, strength = limit.height(state.log_height), internal[1]
         rows = limit.internal(height, np.full_like(height, speed), strength)
@@ -263,15 +263,11 @@ class FilmLaw:
         if self.limit is not None:
             found[SHEAR_STRENGTH] = internal[1]
         if self.water is not None:
-            found[FILM_VISCOSITY] = self.viscosity * np.exp(internal[self._viscosity_row])
+            found[FILM_VISCOSITY] = self.viscosity * np.exp(internal[viscosity_row(self.limit)])
         if self.age is not None:
             k, _ = self.age.so_far(age).contact_area(self.read_at(pressure))
             found[CONTACT_AREA] = k
         return found
-
-    @property
-    def _viscosity_row(self) -> int:
-        return 1 if self.limit is None else 2
 
     def over(self, films: Seen) -> Sheared:
         """The shear law of films: tau = k eta v / (h + h_b), faded in with pressure; see
