@@ -192,7 +192,8 @@ class FilmLaw:
     def sheared(self, state: InterfaceState, temperature: Callable[[], Array]) -> Sheared:
         """The shear law of films in `state`, with their present strength and water."""
         water = None if self.wet is None else state.squeezed_height
-        ratio = np.exp(state.internal[viscosity_row(self.limit)]) if self.water is not None else None
+        row = viscosity_row(self.limit)
+        ratio = None if self.water is None else np.exp(state.internal[row])
         if self.limit is None:
             return self.over(Seen(np.exp(-log_shearing(state)), None, water, state.age, ratio))
         height = self.limit.height(state.log_height)
