@@ -44,7 +44,7 @@ LUG = {**CARRY, "rubber.length": "10 mm", "rubber.width": "10 mm", "rubber.heigh
 COULOMB = {"friction.law": "coulomb", "friction.mu": 0.2}
 ROWS = {"ice.motion": "sliding", "rubber.row_pitch": "30 mm", "load.duration": "0.2 ms"}
 GROOVE = {"position": 0.0, "width": "2 mm", "depth": "0.5 mm"}
-THICK = {"rubber.height": "10 mm"}
+HEAT = {"rubber.heat": True, "rubber.height": "10 mm"}
 LAYER = {
     "name": "steel", "thickness": "1 mm", "conductivity": 50.0, "density": 7800.0,
     "heat_capacity": 460.0,
@@ -95,11 +95,11 @@ GIVEN = {
     "rubber.stores_water": (True, LUG | {"rubber.sipes": 1}),
     "rubber.wall_friction": (0.3,),
     "rubber.outline": ("outline.csv", {"model": "block"}),
-    "rubber.density": (1200.0,),
-    "rubber.conductivity": (0.3,),
-    "rubber.heat_capacity": (1700.0,),
-    "rubber.heat": (True, THICK),
-    "rubber.plate": ("held",),
+    "rubber.density": (1200.0, HEAT),
+    "rubber.conductivity": (0.3, HEAT),
+    "rubber.heat_capacity": (1700.0, HEAT),
+    "rubber.heat": (True, {"rubber.height": "10 mm"}),
+    "rubber.plate": ("held", HEAT),
     "rubber.inertia": (True,),
     "rubber.rows": (2, {}, ROWS),
     "rubber.row_pitch": ("40 mm", ROWS | {"rubber.rows": 2}),
@@ -134,7 +134,7 @@ GIVEN = {
     "ice.latent_heat": (1e5,),
     "ice.water": ("5 um", CARRY),
     "water.viscosity": (3e-3,),
-    "water.conductivity": (0.6,),
+    "water.conductivity": (0.6, HEAT),
     "film.carrier": ("rubber",),
     "film.pressure": ("nominal",),
     "film.k": (0.3, CONSTANT),
@@ -144,7 +144,7 @@ GIVEN = {
     "film.contact_age": (True, SOFT | {"film.contact": SURFACE}),
     "film.contact_modulus": ("3 MPa", AGES | {"film.contact_age": True}),
     "film.initial_height": ("30 nm",),
-    "film.conductance": (1e6, THICK | {"rubber.heat": True}),
+    "film.conductance": (1e6, HEAT),
     "film.water_speed": (0.5,),
     "film.dry_stress": ("4 bar",),
     "film.dry_softening": ("5 K", DRY),
@@ -230,7 +230,7 @@ def test_no_key_is_dropped_in_silence(key, folder):
 
 
 # Of no meaning alone, and tested with what gives them one.
-REFUSED_WITH = ("load.period", "rubber.row_pitch", "film.conductance")
+REFUSED_WITH = ("load.period", "rubber.row_pitch")
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,8 @@
 
 An ice point enters at the leading edge with film h0 and cold ice. It passes one pixel in contact
 after the other, each for dx / V under the pixel's pressure. All lines advance in one call; each
-line has its own steps and its own pixel. In gaps film and heat stay with the ice, which cools.
+line has its own steps and its own pixel. In gaps film and heat stay with the ice, which cools, and
+behind them the rubber is cold again (`Ride.rubber`).
 
 Squeezed-out water moves at a fraction of the ice's speed (`Ride.water_fraction`; for a sliding
 block see `interface.on_ice`). Its steady flux is constant, so water is deeper below the rubber than
@@ -23,7 +24,7 @@ from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.film.loads import MOLTEN, film_loads
 from iceslide_fem.film.point import taken
-from iceslide_fem.film.rubber_heat import INSULATED
+from iceslide_fem.film.rubber_heat import Insulated, RubberHeat
 from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.film.step_control import StepControl, close_enough
 from iceslide_fem.film.viscosity import temperature_scale
@@ -37,20 +38,22 @@ from iceslide_fem.scene.contact_table import ConstantContact, ContactTable
 METHOD = INTEGRATORS["sdirk2"]
 # Relative to a pixel's time: the shortest step, and the rounding of the rest.
 SHORTEST, SLACK = 1e-9, 1e-6
-YOUNGEST = 1e-6  # first step where water meets cold ice
+YOUNGEST = 1e-2  # the first step where water meets cold ice, or cold rubber warm ice
 
 
 class Path(NamedTuple):
     """Pixels in contact, line by line in the order of passage; arrays (n,).
 
-    line, column: of the map; pressure: Pa; enters: whether contact begins there; behind: number of
-    following pixels without contact; passing: time per pixel, dx / V, s.
+    line, column: of the map; pressure: Pa; enters: whether contact begins there; resumes: whether
+    it begins again, behind a gap; behind: number of following pixels without contact; passing: time
+    per pixel, dx / V, s.
     """
 
     line: Index
     column: Index
     pressure: Array
     enters: Mask
+    resumes: Mask
     behind: Index
     passing: float
 
@@ -61,8 +64,9 @@ class Path(NamedTuple):
         column = pressure.shape[1] - 1 - steps
         last = np.diff(line, append=-1) != 0
         behind = np.where(last, column, column - np.append(column[1:], 0) - 1)
-        enters = np.append(True, last[:-1] | (behind[:-1] > 0))
-        return cls(line, column, pressure[line, column], enters, behind, passing)
+        resumes = np.append(False, ~last[:-1] & (behind[:-1] > 0))
+        enters = np.append(True, last[:-1]) | resumes
+        return cls(line, column, pressure[line, column], enters, resumes, behind, passing)
 
 
 class FilmMap(NamedTuple):
@@ -108,12 +112,13 @@ def films_along(
     path: Path,
     ride: Ride,
     ice: Column,
+    rubber: RubberHeat,
     contact_of: ContactTable | ConstantContact,
     tolerance: float,
     tell: Callable[[int], None],
     slides: Mask,
 ) -> tuple[FilmMap, Array]:
-    """Films along a `path`; `ice` and ride have a temperature for each line.
+    """Films along a `path`; `ice`, `rubber` and ride have a temperature for each line.
 
     Returns films (n,), whose `squeezed` is the equivalent layer, and the heat of the ice at ends of
     contact, (modes, ends). Each line divides a pixel into equal steps by its last error, and
@@ -155,12 +160,14 @@ def films_along(
         log_height,
         np.broadcast_to(ride.first_layer, (lines,)).astype(float),
         ice.initial(lines),
-        INSULATED.initial(lines),
+        rubber.initial(lines),
         internal,
         np.zeros((0, lines)),
     )
-    # Iterations of height with viscosity or voids need an exact height.
-    close = CLOSE if variable_viscosity or ride.wet else close_enough(tolerance)
+    # Iterations over film height and another unknown need an exact height.
+    insulated = isinstance(rubber, Insulated)
+    alone = loads.alone and insulated
+    close = close_enough(tolerance) if alone else CLOSE
     aged = None
     if ride.age is not None:
         pixels, slower = (path.line, path.pressure, path.behind), np.full(lines, ride.slower)
@@ -181,14 +188,20 @@ def films_along(
             layer = np.where(path.enters[pixel], share[line], 1.0) * state.squeezed_height[arrives]
             state.squeezed_height[arrives] = np.maximum(layer, thinnest[line])
             left[arrives] = passing
+            meets = arrives[path.enters[pixel]]
+            if not insulated:
+                state.rubber[:, meets] = 0.0
+                dt[arrives[path.resumes[pixel]]] = YOUNGEST * passing
             if ride.refreeze == "area":  # water meets cold ice
-                meets = arrives[path.enters[pixel]]
                 dt[meets], state.internal[MOLTEN, meets] = YOUNGEST * passing, 0.0
             for work in works:
                 work[arrives] = 0.0
         trial = left / np.ceil(left / dt - SLACK)
         begin, end = (load, load) if aged is None else aged.over(at, passing - left, trial)
-        step, good, dt = control.trial(state, begin, end, trial, ice, scale, rate=rate)
+        step, good, dt = control.trial(state, begin, end, trial, ice, scale, rubber, rate)
+        if not insulated:
+            # Surfaces of two temperatures meet: a shorter step has no smaller error.
+            good |= path.resumes[at] & (left == passing) & np.isfinite(step.state.log_height)
         bad = np.flatnonzero(~good)
         if bad.size and dt[bad].min() < SHORTEST * passing:
             raise SimulationStopped(
@@ -225,7 +238,8 @@ def films_along(
             keep = np.flatnonzero(running)
             arrives = np.flatnonzero((left <= SLACK * passing)[keep])
             at, last, left, dt, scale = at[keep], last[keep], left[keep], dt[keep], scale[keep]
-            state, load, ice = state.take(keep), load.take(keep), ice.take(keep)
+            state, load = state.take(keep), load.take(keep)
+            ice, rubber = ice.take(keep), rubber.take(keep)
             works, rate = [work[keep] for work in works], rate[keep]
     # Melting ice is at the melting temperature; this removes rounding.
     T_m = ride.solid.melting_temperature
@@ -279,7 +293,8 @@ def film_map(
         moves = np.ones(path.line.size, dtype=bool)
         if slides is not None:
             moves = slides[lines][path.line, path.column]
-        films, warm = films_along(path, part, below, contact_of, tolerance, told, moves)
+        above = part.rubber(columns * passing)
+        films, warm = films_along(path, part, below, above, contact_of, tolerance, told, moves)
         _enter(films, warm, result, lines, path, part, below, contact_of)
     return result
 

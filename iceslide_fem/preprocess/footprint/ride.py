@@ -8,9 +8,11 @@ from typing import NamedTuple
 import numpy as np
 
 from iceslide_fem.film.carrying import Carried
+from iceslide_fem.film.conditions import half_film
 from iceslide_fem.film.contact_age import ContactAge, contact_age
 from iceslide_fem.film.limiting_shear import LimitingShear
 from iceslide_fem.film.phase import Refreeze
+from iceslide_fem.film.rubber_heat import INSULATED, HalfFilm, Insulated, RubberColumns
 from iceslide_fem.film.shear_strength import ShearStrength, shear_strength
 from iceslide_fem.film.viscosity import VariableViscosity
 from iceslide_fem.film.voids import Voids
@@ -54,8 +56,16 @@ class WetIce(NamedTuple):
         return pressure - self.voids(contact_of).contact_pressure(pressure, water)
 
 
+class WarmRubber(NamedTuple):
+    """Rubber that takes heat: its `solid`, and the conductance between film and bodies."""
+
+    solid: Solid
+    half_film: HalfFilm
+
+
 FIRST_HEIGHT = 70e-9  # m, the thesis's
 NOTHING = 1e-15  # m, capacity of voids whose water does not move: they are full
+LOCKED = 1e-9  # 1 - S of rubber that a locked wheel has warmed
 
 
 class Ride(NamedTuple):
@@ -79,6 +89,7 @@ class Ride(NamedTuple):
     age: ContactAge | None = None
     wet: WetIce | None = None
     refreeze: Refreeze = "nothing"
+    warm: WarmRubber | None = None
 
     @classmethod
     def of(
@@ -106,6 +117,7 @@ class Ride(NamedTuple):
             age and replace(age, holds=False),
             WetIce(law.ice.water, lug) if film.voids == "carry" else None,
             law.refreeze,
+            WarmRubber(law.rubber.solid, half_film(law)) if law.rubber.heat else None,
         )
 
     @property
@@ -118,10 +130,34 @@ class Ride(NamedTuple):
         return LimitingShear.of(self.strength, eta, fastest, freezes)
 
     @property
+    def rubber_fraction(self) -> float | Array:
+        """1 - S: speed of the rubber through the patch over that of the ice; 0 if locked."""
+        return np.maximum(1.0 - self.sliding_speed / self.speed, 0.0)
+
+    @property
     def slower(self) -> float | Array:
         """1 / (1 - S): time of the rubber in the patch over that of the ice; infinite if locked."""
         with np.errstate(divide="ignore"):
-            return np.divide(1.0, np.maximum(1.0 - self.sliding_speed / self.speed, 0.0))
+            return np.divide(1.0, self.rubber_fraction)
+
+    def rubber(self, duration: float) -> RubberColumns | Insulated:
+        """Rubber above the lines, which enters every contact as cold as the ice.
+
+        duration: of the ice in the patch, s. Heat in the rubber is steady in the frame of the
+        wheel, where it moves with V (1 - S) and the ice with V. In the ice's time t = x / V
+
+            rho c (1 - S) dT/dt = lambda d2T/dz2,
+
+        so the column that goes with the ice has the density rho (1 - S). The rubber below a locked
+        wheel has been there for ever, and takes no more heat.
+        """
+        if self.warm is None:
+            return INSULATED
+        solid, half = self.warm
+        density = solid.density * np.maximum(self.rubber_fraction, LOCKED)
+        T_m = self.solid.melting_temperature
+        solid = solid._replace(density=density)
+        return RubberColumns(self.temperature, duration, solid, half, T_m)
 
     def lines(self, some: Index) -> Ride:
         """The ride of `some` of the lines."""

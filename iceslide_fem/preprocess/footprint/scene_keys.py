@@ -11,7 +11,7 @@ from functools import reduce
 from typing import Any, NamedTuple
 
 from iceslide_fem.scene import Scene
-from iceslide_fem.scene.rules import CARRY, FILM_LAW, PASSES, ROWS, ROWS_OF_ICE, WARM_RUBBER, Is
+from iceslide_fem.scene.rules import CARRY, FILM_LAW, PASSES, ROWS, ROWS_OF_ICE, Is
 
 # The rubber, and its contact with the ice.
 OF_AGE = (
@@ -21,9 +21,15 @@ OF_AGE = (
 )
 # The lug that water flows out of, with film.voids = "carry".
 OF_LUG = ("model rubber.length rubber.width rubber.sipes rubber.sipe_width rubber.grooves").split()
+# Of rubber that takes heat.
+OF_HEAT = (
+    "rubber.density rubber.conductivity rubber.heat_capacity film.conductance water.conductivity"
+).split()
 TAKEN = (
     *OF_AGE,
     *OF_LUG,
+    "rubber.heat",
+    *OF_HEAT,
     *"ice.temperature ice.conductivity ice.density ice.heat_capacity".split(),
     *"ice.melting_temperature ice.latent_heat ice.water water.viscosity".split(),
     *"film.k film.D film.H_V film.initial_height film.water_speed film.dry_stress".split(),
@@ -38,10 +44,10 @@ UNRELATED: Mapping[str, Sequence[str]] = {
         "rubber.wall_friction rubber.sipe_depth"
     ).split(),
     "bristles have no mass": ["rubber.inertia"],
-    "only with passes, rows, or heat in the rubber, which are refused": (
-        "load.period rubber.row_pitch film.between film.conductance rubber.plate rubber.density "
-        "rubber.conductivity rubber.heat_capacity water.conductivity"
+    "only with passes or rows, which are refused": (
+        "load.period rubber.row_pitch film.between"
     ).split(),
+    "a tread is thicker than heat reaches": ["rubber.plate"],
     "the ice below each pixel is a column that the wheel passes": (
         "ice.motion ice.heat ice.margin ice.cell ice.trail ice.mesh_unit"
     ).split(),
@@ -77,7 +83,6 @@ WATER = 'water that bears a part of the pressure, with film.voids = "carry"'
 AHEAD = "nothing has passed over the ice ahead of it"
 DEEP = "ice as deep as heat reaches"
 NOT_COMPUTED = (
-    NotComputed(["rubber.heat"], WARM_RUBBER, "all heat goes into the ice", "false"),
     NotComputed(["load.passes"], PASSES, AHEAD, "1"),
     NotComputed(["rubber.rows"], ROWS, AHEAD, "1"),
     NotComputed(
@@ -128,7 +133,8 @@ def refused(scene: Scene) -> str | None:
 def dropped(scene: Scene, taken: Scene) -> list[str]:
     """Keys of the physics of a `scene` whose values are not those of the scene `taken`."""
     physics = [*TAKEN, *(key for each in NOT_COMPUTED for key in each.keys)]
-    of_law = [key for key in physics if key not in OF_LUG]
+    apart = OF_LUG if scene.rubber.heat else [*OF_LUG, *OF_HEAT]
+    of_law = [key for key in physics if key not in apart]
     return [key for key in of_law if _value(scene, key) != _value(taken, key)]
 
 
