@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from iceslide_fem.laws.table import law_of
-from iceslide_fem.preprocess.footprint.passing import film_map
+from iceslide_fem.preprocess.footprint.film_map import film_map
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.ride import Ride
 from iceslide_fem.preprocess.wheel.brush import Pattern, Rolling

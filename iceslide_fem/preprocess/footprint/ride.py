@@ -10,9 +10,13 @@ import numpy as np
 from iceslide_fem.film.carrying import Carried
 from iceslide_fem.film.conditions import half_film
 from iceslide_fem.film.contact_age import ContactAge, contact_age
+from iceslide_fem.film.first_films import films_of
+from iceslide_fem.film.ice_heat import Column
+from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.film.limiting_shear import LimitingShear
+from iceslide_fem.film.passes import Passes
 from iceslide_fem.film.phase import Refreeze
-from iceslide_fem.film.rubber_heat import INSULATED, HalfFilm, Insulated, RubberColumns
+from iceslide_fem.film.rubber_heat import INSULATED, HalfFilm, Insulated, RubberColumns, RubberHeat
 from iceslide_fem.film.shear_strength import ShearStrength, shear_strength
 from iceslide_fem.film.viscosity import VariableViscosity
 from iceslide_fem.film.voids import Voids
@@ -56,6 +60,17 @@ class WetIce(NamedTuple):
         return pressure - self.voids(contact_of).contact_pressure(pressure, water)
 
 
+class Ahead(NamedTuple):
+    """Ice ahead of contact: film height (m), layer of water (m) and surface temperature (K).
+
+    Scalars or (lines,).
+    """
+
+    height: float | Array
+    layer: float | Array
+    temperature: float | Array
+
+
 class WarmRubber(NamedTuple):
     """Rubber that takes heat: its `solid`, and the conductance between film and bodies."""
 
@@ -63,6 +78,7 @@ class WarmRubber(NamedTuple):
     half_film: HalfFilm
 
 
+ONCE = Passes(1, 0.0, "keep")
 FIRST_HEIGHT = 70e-9  # m, the thesis's
 NOTHING = 1e-15  # m, capacity of voids whose water does not move: they are full
 LOCKED = 1e-9  # 1 - S of rubber that a locked wheel has warmed
@@ -90,6 +106,7 @@ class Ride(NamedTuple):
     wet: WetIce | None = None
     refreeze: Refreeze = "nothing"
     warm: WarmRubber | None = None
+    passes: Passes = ONCE
 
     @classmethod
     def of(
@@ -118,6 +135,7 @@ class Ride(NamedTuple):
             WetIce(law.ice.water, lug) if film.voids == "carry" else None,
             law.refreeze,
             WarmRubber(law.rubber.solid, half_film(law)) if law.rubber.heat else None,
+            Passes(law.load.passes, law.load.period or 0.0, law.film.between),
         )
 
     @property
@@ -181,6 +199,35 @@ class Ride(NamedTuple):
     def first_layer(self) -> float | Array:
         """Layer of water on the ice ahead of contact, m."""
         return self.thinnest_layer if self.wet is None else self.wet.height
+
+    @property
+    def ahead(self) -> Ahead:
+        """Ice that nothing has touched."""
+        return Ahead(self.initial_height, self.first_layer, self.temperature)
+
+    def first_state(self, ice: Column, rubber: RubberHeat) -> InterfaceState:
+        """Lines of untouched ice, where each line has its temperature."""
+        lines = np.size(self.temperature)
+        height, layer = (
+            np.full(lines, one, dtype=float) for one in (self.initial_height, self.first_layer)
+        )
+        log_height, internal = self.films(height, np.asarray(self.temperature))
+        heats = ice.initial(lines), rubber.initial(lines)
+        return InterfaceState(log_height, layer, *heats, internal, np.zeros((0, lines)))
+
+    def films(self, height: Array, temperature: Array) -> tuple[Array, Array]:
+        """ln h and internal variables of films of `height` (m) on ice of `temperature` (K)."""
+        viscosity, variable_viscosity = self.water(height.size)
+        limit, lug = self.limit, self.wet and self.wet.lug
+        limit = limit and limit._replace(viscosity=viscosity)
+        below = np.maximum(self.solid.melting_temperature - temperature, 0.0)
+        speeds = np.broadcast_to(np.asarray(self.sliding_speed, dtype=float), height.shape)
+        return films_of(height, temperature, below, speeds, variable_viscosity, limit, lug)
+
+    def film_height(self, state: InterfaceState) -> Array:
+        """h (m) of films, (n,)."""
+        limit = self.limit
+        return np.exp(state.log_height) if limit is None else limit.height(state.log_height)
 
     def water(self, lines: int) -> tuple[Array, VariableViscosity | None]:
         """Viscosity of every line (Pa s), (lines,), and its temperature dependence, or None."""

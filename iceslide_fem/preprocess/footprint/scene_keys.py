@@ -11,7 +11,7 @@ from functools import reduce
 from typing import Any, NamedTuple
 
 from iceslide_fem.scene import Scene
-from iceslide_fem.scene.rules import CARRY, FILM_LAW, PASSES, ROWS, ROWS_OF_ICE, Is
+from iceslide_fem.scene.rules import CARRY, FILM_LAW, ROWS, ROWS_OF_ICE, Is
 
 # The rubber, and its contact with the ice.
 OF_AGE = (
@@ -34,6 +34,7 @@ TAKEN = (
     *"ice.melting_temperature ice.latent_heat ice.water water.viscosity".split(),
     *"film.k film.D film.H_V film.initial_height film.water_speed film.dry_stress".split(),
     *"film.dry_softening film.dry_residual film.voids film.refreeze".split(),
+    *"load.passes load.period film.between".split(),
     *"friction.law friction.mu friction.table friction.parameters".split(),
 )
 UNRELATED: Mapping[str, Sequence[str]] = {
@@ -44,9 +45,7 @@ UNRELATED: Mapping[str, Sequence[str]] = {
         "rubber.wall_friction rubber.sipe_depth"
     ).split(),
     "bristles have no mass": ["rubber.inertia"],
-    "only with passes or rows, which are refused": (
-        "load.period rubber.row_pitch film.between"
-    ).split(),
+    "only with rows, which are refused": ["rubber.row_pitch"],
     "a tread is thicker than heat reaches": ["rubber.plate"],
     "the ice below each pixel is a column that the wheel passes": (
         "ice.motion ice.heat ice.margin ice.cell ice.trail ice.mesh_unit"
@@ -80,11 +79,11 @@ class NotComputed(NamedTuple):
 
 
 WATER = 'water that bears a part of the pressure, with film.voids = "carry"'
-AHEAD = "nothing has passed over the ice ahead of it"
 DEEP = "ice as deep as heat reaches"
 NOT_COMPUTED = (
-    NotComputed(["load.passes"], PASSES, AHEAD, "1"),
-    NotComputed(["rubber.rows"], ROWS, AHEAD, "1"),
+    NotComputed(
+        ["rubber.rows"], ROWS, "the tread has its own pattern", "1, and load.passes of the wheel"
+    ),
     NotComputed(
         "ice.depth ice.base ice.base_temperature ice.layers".split(),
         Is("ice.depth"),

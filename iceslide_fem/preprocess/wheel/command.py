@@ -159,7 +159,9 @@ def _lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
         if (value := member.get("patch_stiffness_Pa_per_m")) is not None
         for speed, celsius, *_ in (member_cells(member),)
     ]
+    passes = [("last of so many passes", f"{wheel['passes']}")]
     return [
+        *passes * (wheel["passes"] > 1),
         ("contact length", f"{1e3 * wheel['contact_length_m']:.4g} mm"),
         ("load", f"{wheel['load_N']:.5g} N" + " per metre of width" * wheel["one_line"]),
         *mass,

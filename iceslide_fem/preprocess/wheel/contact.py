@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -18,9 +18,10 @@ from iceslide_fem.film.voids import lugs_of
 from iceslide_fem.laws.protocol import InterfaceLaw
 from iceslide_fem.laws.table import law_of
 from iceslide_fem.preprocess.footprint.aged_path import AgedPath
-from iceslide_fem.preprocess.footprint.passing import FilmMap, Path, film_map
+from iceslide_fem.preprocess.footprint.film_map import Start, one_pass, start_after
+from iceslide_fem.preprocess.footprint.passing import FilmMap, Path
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
-from iceslide_fem.preprocess.footprint.ride import Ride
+from iceslide_fem.preprocess.footprint.ride import Ahead, Ride
 from iceslide_fem.preprocess.wheel.brush import Ends, ends_of
 from iceslide_fem.preprocess.wheel.case import WheelCase
 from iceslide_fem.runtime.arrays import Array, Mask
@@ -36,7 +37,8 @@ class Slid(NamedTuple):
     """Results of sliding pixels, (n, nx), the first column at the leading edge.
 
     stress: friction at both ends, Pa; at the exit: temperature of the ice's surface, K; height of
-    the film, m, NaN for a law without films; melting, saturated: masks of the switches.
+    the film, m, NaN for a law without films; melting, saturated: masks of the switches. ahead: the
+    lines ahead of the next pass, None without one.
     """
 
     stress: Ends
@@ -44,6 +46,7 @@ class Slid(NamedTuple):
     height: Array
     melting: Mask
     saturated: Mask
+    ahead: Start | None = None
 
     def lines(self, some: slice) -> Slid:
         """The results of `some` of the lines."""
@@ -69,6 +72,13 @@ class Onset(NamedTuple):
 class SlidingContact(Protocol):
     """A friction law, as the brush model uses it."""
 
+    @property
+    def passes(self) -> int:
+        """Number of passes over the same ice."""
+
+    def after(self, slid: Slid) -> SlidingContact:
+        """The contact of the pass after `slid`."""
+
     def onset(self, pressure: Array, dx: float, passing: float, speed: Array) -> Onset:
         """Friction stress where sliding begins; arguments as of `slid`, below rubber that sticks.
 
@@ -87,19 +97,31 @@ class SlidingContact(Protocol):
 class FilmContact:
     """The film law, with or without dry shear; `ride` has all parameters except the speeds.
 
-    contact_of: k, D and H_V over pressure; tolerance: target relative error of mu.
+    contact_of: k, D and H_V over pressure; tolerance: target relative error of mu; start: of the
+    lines of this pass, by default untouched.
     """
 
     ride: Ride
     contact_of: ContactTable | ConstantContact
     tolerance: float = 1e-2
+    start: Start | None = None
+
+    @property
+    def passes(self) -> int:
+        """Number of passes over the same ice."""
+        return self.ride.passes.number
+
+    def after(self, slid: Slid) -> FilmContact:
+        """The contact of the next pass."""
+        return replace(self, start=slid.ahead)
 
     def onset(self, pressure: Array, dx: float, passing: float, speed: Array) -> Onset:
         """k eta v / (h + h_b), with the film, the water and the age of contact that has stuck."""
         ride = self.ride._replace(speed=passing, sliding_speed=speed)
         nowhere = np.zeros(pressure.shape, dtype=bool)
-        films = self._films(pressure, nowhere, dx, ride)
-        p_at_ends, states = ends_of(pressure, pressure > 0.0), (_before(films, ride), films)
+        films, _ = self._films(pressure, nowhere, dx, ride)
+        ahead = ride.ahead if self.start is None else self.start.ahead
+        p_at_ends, states = ends_of(pressure, pressure > 0.0), (_before(films, ahead), films)
         contacts = contacts_along(ride, pressure, dx / passing, self.contact_of)
         stress = [
             [
@@ -114,14 +136,24 @@ class FilmContact:
     def slid(self, pressure: Array, slides: Mask, dx: float, passing: float, speed: Array) -> Slid:
         """Sliding contact by `footprint.film_map`, in which ice enters at the last column."""
         ride = self.ride._replace(speed=passing, sliding_speed=speed)
-        films = self._films(pressure, slides, dx, ride)
+        films, ahead = self._films(pressure, slides, dx, ride)
         stress = Ends(films.shear, films.shear)
-        return Slid(stress, films.temperature, films.height, films.melting, films.saturated)
+        of_ice = films.temperature, films.height, films.melting, films.saturated
+        return Slid(stress, *of_ice, ahead)
 
-    def _films(self, pressure: Array, slides: Mask, dx: float, ride: Ride) -> FilmMap:
+    def _films(
+        self, pressure: Array, slides: Mask, dx: float, ride: Ride
+    ) -> tuple[FilmMap, Start | None]:
+        """Films of this pass, and the lines ahead of the next one."""
         footprint = PressureMap(pressure[:, ::-1], dx, dx)
-        films = film_map(footprint, ride, self.contact_of, self.tolerance, slides=slides[:, ::-1])
-        return FilmMap._make(field[:, ::-1] for field in films)
+        found = one_pass(
+            footprint, ride, self.contact_of, self.tolerance, slides=slides[:, ::-1],
+            start=self.start,
+        )  # fmt: skip
+        films = FilmMap._make(field[:, ::-1] for field in found.films)
+        if self.passes == 1:
+            return films, None
+        return films, start_after(found, footprint, ride, self.tolerance)
 
     def _stress(
         self, pressure: Array, films: FilmMap, contact: Contact, ride: Ride, speed: Array
@@ -145,10 +177,10 @@ class FilmContact:
         return np.where(pressure > 0.0, shear.reshape(pressure.shape), 0.0)
 
 
-def _before(films: FilmMap, ride: Ride) -> FilmMap:
-    """The films at the entry of each pixel: those of the pixel before, the first ones ahead."""
-    ahead = FilmMap.untouched((len(films.shear), 1), ride)
-    pairs = zip(ahead, films, strict=True)
+def _before(films: FilmMap, ahead: Ahead) -> FilmMap:
+    """The films at the entry of each pixel: those of the pixel before, the first ones `ahead`."""
+    first = FilmMap.untouched((len(films.shear), 1), ahead)
+    pairs = zip(first, films, strict=True)
     return FilmMap._make(np.hstack([one, field[:, :-1]]) for one, field in pairs)
 
 
@@ -226,6 +258,15 @@ class LawContact:
     solid: Solid = ICE
     film_height: float = 70e-9
     tolerance: float = 1e-2
+
+    @property
+    def passes(self) -> int:
+        """1: what passes leave behind is a film's."""
+        return 1
+
+    def after(self, slid: Slid) -> LawContact:
+        """The same."""
+        return self
 
     def onset(self, pressure: Array, dx: float, passing: float, speed: Array) -> Onset:
         """Stress of the law's initial state."""
@@ -312,9 +353,16 @@ class LawContact:
 def contact_of_case(case: WheelCase, length: float) -> SlidingContact:
     """Sliding contact of one member of a family; length: of the footprint, m.
 
-    Raises SceneError if a law in a file needs what a wheel does not have.
+    Raises SceneError if a law in a file needs what a wheel does not have, and if passes follow each
+    other faster than the ice is below the wheel.
     """
-    law = case.law
+    law, period = case.law, case.law.load.period
+    transit = length / (case.end_speed if case.abs else case.rolling(0.0).forward)
+    if period is not None and period < transit:
+        raise SceneError(
+            f"load.period = {period:g} s of --scene {case.scene} is shorter than the ice is below "
+            f"the wheel; allowed: {transit:.4g} s or more"
+        )
     if law.friction.law == "film":
         ride = case.ride_at(case.speed, 0.0, length)
         if case.scene is not None and ride.wet is not None:

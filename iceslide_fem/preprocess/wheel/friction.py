@@ -50,6 +50,7 @@ def friction(
 ) -> list[SlipPoint]:
     """Friction of wheels with equal speed and slip angle; ice enters at the last column.
 
+    It is that of the last pass over the same ice; before it are others of the same slip ratio.
     Raises SimulationStopped if a step fails.
     """
     pressure, dx = footprint.pressure[:, ::-1], footprint.dx
@@ -70,9 +71,10 @@ def friction(
     )
     with np.errstate(divide="ignore"):
         memory = tread.memory(dx / passing_of_tread)
-    traction, slid = _brush(
-        np.concatenate(seen), dx, passing, tread.stiffness * dx * rise, speed, contact, memory
-    )
+    lines_seen, stress = np.concatenate(seen), tread.stiffness * dx * rise
+    for _ in range(contact.passes):
+        traction, slid = _brush(lines_seen, dx, passing, stress, speed, contact, memory)
+        contact = contact.after(slid)
 
     def of(number: int) -> SlipPoint:
         some = slice(number * lines, (number + 1) * lines)
