@@ -11,7 +11,7 @@ from iceslide_fem.preprocess.footprint.film_map import film_map, one_pass, start
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.ride import Ride
 from iceslide_fem.preprocess.wheel.brush import Rolling
-from iceslide_fem.preprocess.wheel.contact import FilmContact
+from iceslide_fem.preprocess.wheel.film_contact import FilmContact
 from iceslide_fem.preprocess.wheel.friction import friction
 from iceslide_fem.preprocess.wheel.tread import Tread
 from iceslide_fem.runs.point import point_history

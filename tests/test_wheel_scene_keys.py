@@ -14,7 +14,7 @@ from iceslide_fem.preprocess.footprint.reading import read_source
 from iceslide_fem.preprocess.footprint.scene_keys import NOT_COMPUTED, TAKEN, UNRELATED
 from iceslide_fem.preprocess.wheel.brush import Rolling
 from iceslide_fem.preprocess.wheel.case import WheelCase
-from iceslide_fem.preprocess.wheel.contact import contact_of_case
+from iceslide_fem.preprocess.wheel.case_contact import contact_of_case
 from iceslide_fem.preprocess.wheel.friction import friction
 from iceslide_fem.preprocess.wheel.tread import stiffness_of
 from iceslide_fem.runtime.errors import SceneError

@@ -216,8 +216,9 @@ def films_along(
             values[pixel] = new[arrives]
         tell(pixel.size)
         ends = arrives[pixel == last[arrives]]
-        for whole, now in zip(leaving, state, strict=True):
-            whole[..., path.line[at[ends]]] = now[..., ends]
+        if ends.size:
+            for whole, now in zip(leaving, state, strict=True):
+                whole[..., path.line[at[ends]]] = now[..., ends]
         leaves = arrives[gaps[pixel]]
         if leaves.size:
             pixel = at[leaves]

@@ -15,8 +15,8 @@ from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.reading import ReadFootprint, read_source
 from iceslide_fem.preprocess.wheel.braking import Stop, compare_controls
 from iceslide_fem.preprocess.wheel.case import WheelCase
+from iceslide_fem.preprocess.wheel.case_contact import contact_of_case
 from iceslide_fem.preprocess.wheel.charts import charts_of
-from iceslide_fem.preprocess.wheel.contact import contact_of_case
 from iceslide_fem.preprocess.wheel.friction import Curve, curves
 from iceslide_fem.preprocess.wheel.output import columns, stop_columns, stop_figures, summary
 from iceslide_fem.preprocess.wheel.slip_table import axes_of_a_stop, slip_table

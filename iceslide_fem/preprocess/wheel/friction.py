@@ -17,7 +17,8 @@ from iceslide_fem.preprocess.wheel.brush import (
     tractions,
 )
 from iceslide_fem.preprocess.wheel.case import WheelCase
-from iceslide_fem.preprocess.wheel.contact import SLOWEST, Slid, SlidingContact, contact_of_case
+from iceslide_fem.preprocess.wheel.case_contact import contact_of_case
+from iceslide_fem.preprocess.wheel.contact import SLOWEST, Slid, SlidingContact
 from iceslide_fem.preprocess.wheel.tread import Tread, TreadStiffness
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SimulationStopped
