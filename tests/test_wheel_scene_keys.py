@@ -121,10 +121,10 @@ GIVEN = {
     "ice.trail": ("1 mm",),
     "ice.motion": ("sliding",),
     "ice.heat": ("half-space",),
-    "ice.depth": ("0.05 mm", COULOMB),
-    "ice.base": ("held", {"ice.depth": "1 mm"}),
-    "ice.base_temperature": ("-6 degC", {"ice.depth": "1 mm", "ice.base": "held"}),
-    "ice.layers": ([LAYER], {"ice.depth": "1 mm"}),
+    "ice.depth": ("0.05 mm",),
+    "ice.base": ("held", {"ice.depth": "0.1 mm"}),
+    "ice.base_temperature": ("-6 degC", {"ice.depth": "0.1 mm", "ice.base": "held"}),
+    "ice.layers": ([LAYER], {"ice.depth": "0.1 mm"}),
     "ice.mesh": ("ice.msh", {"model": "block", "ice.heat": "mesh"}),
     "ice.mesh_unit": ("mm",),
     "ice.conductivity": (1.0,),
@@ -270,7 +270,7 @@ def test_a_scene_of_contact_age_says_what_is_not_taken(folder):
         more = DRY | {"ice.depth": "5 mm"}
         case = kind.of(given | {"contact_age": scene_of(folder, BASE, common, more)})
         (note,) = case.scene_notes
-        assert note.endswith("film.initial_height, film.dry_stress, ice.depth")
+        assert note.endswith("ice.depth, film.initial_height, film.dry_stress")
         words = ["wheel" if kind is WheelCase else "footprint", *WORDS, "--contact-age"]
         out = folder / f"out_{kind.__name__}"
         assert exit_code(*words, folder / "scene.toml", "--out", out, "--no-report") == 0

@@ -73,9 +73,9 @@ def film_map(
     """Film, temperature and friction at every pixel of the footprint, in its last pass.
 
     contact_of: k, D and H_V over the local pressure; tolerance: target relative error of mu; ice:
-    builds columns from a temperature (K), a duration (s) and the ride's solid; tell: called with
-    the finished fraction of the pixels in contact, of every pass; slides: where rubber slides, (ny,
-    nx), by default everywhere in contact. Raises SimulationStopped if a step fails.
+    builds columns from a temperature (K), a duration (s), and the ride's solid and ground; tell:
+    called with the finished fraction of the pixels in contact, of every pass; slides: where rubber
+    slides, (ny, nx), by default everywhere in contact. Raises SimulationStopped if a step fails.
     """
     start, number = None, ride.passes.number
 
@@ -156,10 +156,10 @@ def _ice(
     """Columns below the lines, with the layers of one pass, and deep enough for all."""
     transit = footprint.pressure.shape[1] * footprint.dx / ride.speed
     if ride.passes.number == 1:
-        column = ice(ride.temperature, transit, solid=ride.solid)
+        column = ice(ride.temperature, transit, solid=ride.solid, ground=ride.ground)
         return column.condensed(CONDENSED * tolerance)
     times = np.array([transit, max(transit, ride.passes.number * ride.passes.period)])
-    column = ice(ride.temperature, times, solid=ride.solid)
+    column = ice(ride.temperature, times, solid=ride.solid, ground=ride.ground)
     return column.condensed(CONDENSED * tolerance, transit / times[1])
 
 

@@ -148,7 +148,7 @@ def films_along(
     components = of_pixels, limit, carried, ride.refreeze
     loads = film_loads(path.pressure, sliding, k, D, voids, eta, *components)
     gaps = path.behind > 0
-    gap, content = np.cumsum(gaps) - 1, ice.initial(int(np.count_nonzero(gaps)))
+    gap, content = np.cumsum(gaps) - 1, np.empty((ice.rates.size, np.count_nonzero(gaps)))
     films = FilmMap(*np.empty((6, k.size)), *np.empty((2, k.size), dtype=bool))
     kelvin = np.broadcast_to(np.asarray(ride.temperature, dtype=float), (lines,))
     leaving = InterfaceState(*(np.empty_like(part) for part in state))

@@ -24,7 +24,7 @@ from iceslide_fem.runtime.arrays import Array, Index
 from iceslide_fem.runtime.curve import Curve
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.contact_table import ConstantContact, ContactTable
-from iceslide_fem.scene.materials import ICE, WATER_VISCOSITY, Solid
+from iceslide_fem.scene.materials import BOTTOMLESS, ICE, WATER_VISCOSITY, Ground, Solid
 
 
 class WetIce(NamedTuple):
@@ -91,7 +91,8 @@ class Ride(NamedTuple):
     water relative to the rubber, over the sliding speed. A viscosity table is read at the film's
     temperature. strength: tau_b of dry rubber on ice if it limits the shear; h0 may then be 0. age:
     ageing contact, or None. wet: water on the ice with load-bearing voids, or None. refreeze: which
-    water freezes.
+    water freezes. warm: rubber that takes heat, or None. passes: over the same ice; ground: below
+    it.
     """
 
     speed: float
@@ -107,6 +108,7 @@ class Ride(NamedTuple):
     refreeze: Refreeze = "nothing"
     warm: WarmRubber | None = None
     passes: Passes = ONCE
+    ground: Ground = BOTTOMLESS
 
     @classmethod
     def of(
@@ -136,6 +138,7 @@ class Ride(NamedTuple):
             law.refreeze,
             WarmRubber(law.rubber.solid, half_film(law)) if law.rubber.heat else None,
             Passes(law.load.passes, law.load.period or 0.0, law.film.between),
+            law.ice.model_copy(update={"temperature": temperature}).ground,
         )
 
     @property

@@ -31,6 +31,7 @@ TAKEN = (
     "rubber.heat",
     *OF_HEAT,
     *"ice.temperature ice.conductivity ice.density ice.heat_capacity".split(),
+    *"ice.depth ice.base ice.base_temperature ice.layers".split(),
     *"ice.melting_temperature ice.latent_heat ice.water water.viscosity".split(),
     *"film.k film.D film.H_V film.initial_height film.water_speed film.dry_stress".split(),
     *"film.dry_softening film.dry_residual film.voids film.refreeze".split(),
@@ -79,18 +80,16 @@ class NotComputed(NamedTuple):
 
 
 WATER = 'water that bears a part of the pressure, with film.voids = "carry"'
-DEEP = "ice as deep as heat reaches"
 NOT_COMPUTED = (
     NotComputed(
         ["rubber.rows"], ROWS, "the tread has its own pattern", "1, and load.passes of the wheel"
     ),
     NotComputed(
-        "ice.depth ice.base ice.base_temperature ice.layers".split(),
-        Is("ice.depth"),
-        "its ice is a half-space",
-        DEEP,
+        ["ice.mesh"],
+        Is("ice.mesh"),
+        "nothing says how deep its columns are",
+        "ice.depth and ice.layers",
     ),
-    NotComputed(["ice.mesh"], Is("ice.mesh"), "its ice is a half-space", DEEP),
     NotComputed(
         [], ROWS_OF_ICE, "its ice has one conductivity and one heat capacity", "one number each"
     ),

@@ -39,4 +39,5 @@ def contact_of_case(case: WheelCase, length: float) -> SlidingContact:
             f'the friction law {own.name} has carrier = "rubber", and below a wheel the history of '
             'a law stays on the ice; allowed: carrier = "ice"'
         )
-    return LawContact(own, case.temperature, here.ice.solid, height, case.tolerance)
+    ice = case.temperature, here.ice.solid
+    return LawContact(own, *ice, height, case.tolerance, here.ice.ground)

@@ -17,7 +17,7 @@ from iceslide_fem.preprocess.wheel.brush import Ends, ends_of
 from iceslide_fem.preprocess.wheel.contact import SLOWEST, Onset, Slid
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.runtime.errors import NotConverged, SimulationStopped
-from iceslide_fem.scene.materials import ICE, Solid
+from iceslide_fem.scene.materials import BOTTOMLESS, ICE, Ground, Solid
 
 METHOD = INTEGRATORS["sdirk2"]
 SHORTEST = 1e-9  # of a pixel's time
@@ -39,7 +39,8 @@ class Passing(NamedTuple):
 class LawContact:
     """Sliding contact under `law` on ice of a temperature (K).
 
-    film_height: initial, for laws with films, m; tolerance: target relative error of mu.
+    film_height: initial, for laws with films, m; tolerance: target relative error of mu; ground:
+    below the ice.
     """
 
     law: InterfaceLaw
@@ -47,6 +48,7 @@ class LawContact:
     solid: Solid = ICE
     film_height: float = 70e-9
     tolerance: float = 1e-2
+    ground: Ground = BOTTOMLESS
 
     @property
     def passes(self) -> int:
@@ -77,7 +79,7 @@ class LawContact:
         lines, columns = pressure.shape
         touching, dt = pressure > 0.0, dx / passing
         temperature = np.full(lines, self.temperature)
-        ice = Column(temperature, columns * dt, solid=self.solid)
+        ice = Column(temperature, columns * dt, solid=self.solid, ground=self.ground)
         log_height, squeezed, internal = self.law.initial(self.film_height, lines)
         heat = ice.initial(lines), INSULATED.initial(lines)
         state = InterfaceState(log_height, squeezed, *heat, internal, self.law.untouched(lines))
