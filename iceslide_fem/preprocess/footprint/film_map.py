@@ -37,7 +37,7 @@ class Passed(NamedTuple):
     behind: InterfaceState
 
 
-class Contact(NamedTuple):
+class LinesInContact(NamedTuple):
     """Lines (n,) of a `ride`, and the `duration` (s) of their contact (`film.passes.Films`)."""
 
     ride: Ride
@@ -145,7 +145,7 @@ def start_after(
     below = _ice(footprint, every, tolerance, ice)
     ends = contact.argmax(axis=1), contact.shape[1] - contact[:, ::-1].argmax(axis=1)
     lasts = np.where(contact.any(axis=1), (ends[1] - ends[0]) * footprint.dx / ride.speed, 0.0)
-    state = next_start(found.behind, Contact(every, lasts), below, ride.passes)
+    state = next_start(found.behind, LinesInContact(every, lasts), below, ride.passes)
     surface = below.surface_temperature(state.ice)
     return Start(state, Ahead(every.film_height(state), state.squeezed_height, surface))
 
