@@ -27,7 +27,7 @@ from iceslide_fem.preprocess.footprint.reading import read_footprint
 from iceslide_fem.preprocess.footprint.ride import Ride
 from iceslide_fem.preprocess.footprint.survey import summary, survey
 from iceslide_fem.preprocess.wheel.brush import Rolling
-from iceslide_fem.preprocess.wheel.contact import FilmContact
+from iceslide_fem.preprocess.wheel.film_contact import FilmContact
 from iceslide_fem.preprocess.wheel.friction import friction
 from iceslide_fem.preprocess.wheel.tread import Tread
 from iceslide_fem.runs.point import point_history

@@ -9,7 +9,7 @@ from iceslide_fem.preprocess.footprint.ride import Ride
 from iceslide_fem.preprocess.wheel.braking import brake, brake_ideally, compare_controls
 from iceslide_fem.preprocess.wheel.brush import Rolling
 from iceslide_fem.preprocess.wheel.charts import charts_of_stops
-from iceslide_fem.preprocess.wheel.contact import FilmContact
+from iceslide_fem.preprocess.wheel.film_contact import FilmContact
 from iceslide_fem.preprocess.wheel.friction import Tread, friction
 from iceslide_fem.preprocess.wheel.output import stop_columns, stop_figures
 from iceslide_fem.preprocess.wheel.quarter_car import GRAVITY, Brake, QuarterCar, Threshold

@@ -18,7 +18,7 @@ from iceslide_fem.film.contact_age import ContactAge, contact_age
 from iceslide_fem.film.point import simulate
 from iceslide_fem.film.point_conditions import Loading
 from iceslide_fem.preprocess.footprint.case import FootprintCase
-from iceslide_fem.preprocess.footprint.passing import film_map
+from iceslide_fem.preprocess.footprint.film_map import film_map
 from iceslide_fem.preprocess.footprint.pressure_map import as_map
 from iceslide_fem.preprocess.footprint.reading import read_footprint
 from iceslide_fem.preprocess.footprint.ride import Ride

@@ -6,7 +6,7 @@ import pytest
 from iceslide_fem import point
 from iceslide_fem.film.shear_strength import ShearStrength
 from iceslide_fem.preprocess.footprint.case import FootprintCase
-from iceslide_fem.preprocess.footprint.passing import film_map
+from iceslide_fem.preprocess.footprint.film_map import film_map
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.reading import read_footprint
 from iceslide_fem.preprocess.footprint.ride import Ride

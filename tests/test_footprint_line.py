@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from iceslide_fem import reference
+from iceslide_fem.preprocess.footprint.film_map import film_map
 from iceslide_fem.preprocess.footprint.jaeger import TABLE_1_ICE, jaeger_rise
 from iceslide_fem.preprocess.footprint.macroscopic import Macroscopic, State, heat_model
-from iceslide_fem.preprocess.footprint.passing import film_map
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap, as_map, gaussian_profile
 from iceslide_fem.preprocess.footprint.ride import Ride
 from iceslide_fem.runtime.errors import SceneError

@@ -11,7 +11,7 @@ from program import rows_of
 from iceslide_fem.cli import main
 from iceslide_fem.film.voids import lugs_of
 from iceslide_fem.preprocess.footprint.case import FootprintCase
-from iceslide_fem.preprocess.footprint.passing import film_map
+from iceslide_fem.preprocess.footprint.film_map import film_map
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap, gaussian_profile
 from iceslide_fem.preprocess.footprint.reading import read_footprint
 from iceslide_fem.preprocess.footprint.ride import Ride, WetIce

@@ -12,7 +12,7 @@ from iceslide_fem.film.integrators import InterfaceState, advance
 from iceslide_fem.film.point import Conditions, simulate
 from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.preprocess.footprint.case import FootprintCase
-from iceslide_fem.preprocess.footprint.passing import film_map
+from iceslide_fem.preprocess.footprint.film_map import film_map
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.runs.notes import notes
 from iceslide_fem.runs.point import point_history

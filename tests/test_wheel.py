@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 
 from iceslide_fem.laws.table import law_of
-from iceslide_fem.preprocess.footprint.passing import film_map
+from iceslide_fem.preprocess.footprint.film_map import film_map
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.ride import Ride
 from iceslide_fem.preprocess.wheel.brush import Pattern, Rolling
-from iceslide_fem.preprocess.wheel.contact import FilmContact, LawContact, Onset
+from iceslide_fem.preprocess.wheel.contact import Onset
+from iceslide_fem.preprocess.wheel.film_contact import FilmContact
 from iceslide_fem.preprocess.wheel.friction import friction
+from iceslide_fem.preprocess.wheel.law_contact import LawContact
 from iceslide_fem.preprocess.wheel.tread import Tread
 from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.scene.contact_table import read_contact_table
@@ -38,6 +40,8 @@ def coulomb(mu, speeds=None):
 class Two:
     """Coulomb's friction with another coefficient at rest."""
 
+    passes = 1
+
     def __init__(self, static, sliding):
         self._static, self._sliding = coulomb(static), coulomb(sliding)
 
@@ -47,6 +51,9 @@ class Two:
 
     def slid(self, *args):
         return self._sliding.slid(*args)
+
+    def after(self, slid):
+        return self
 
 
 def parabola(cells, half=60e-3, force=3e3, width=0.1):

@@ -165,7 +165,7 @@ def test_what_is_wrong_is_one_sentence_and_leaves_nothing(words, said, tmp_path,
 @pytest.mark.parametrize(
     ("tables", "said"),
     [
-        ('depth = "5 mm"', "ice.depth"),
+        ('[film]\npressure = "nominal"', "film.pressure"),
     ],
 )
 def test_a_law_that_a_wheel_does_not_take(tables, said, tmp_path, capsys):

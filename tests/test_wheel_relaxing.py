@@ -9,8 +9,8 @@ from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.reading import read_source
 from iceslide_fem.preprocess.wheel.brush import Rolling
 from iceslide_fem.preprocess.wheel.case import WheelCase
-from iceslide_fem.preprocess.wheel.contact import LawContact
 from iceslide_fem.preprocess.wheel.friction import friction
+from iceslide_fem.preprocess.wheel.law_contact import LawContact
 from iceslide_fem.preprocess.wheel.tread import Tread, stiffness_of
 from iceslide_fem.relaxation.prony import Prony
 from iceslide_fem.runtime.errors import SceneError

@@ -16,7 +16,7 @@ from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.ride import Ride
 from iceslide_fem.preprocess.wheel.braking import compare_controls
 from iceslide_fem.preprocess.wheel.charts import charts_of_stops
-from iceslide_fem.preprocess.wheel.contact import FilmContact
+from iceslide_fem.preprocess.wheel.film_contact import FilmContact
 from iceslide_fem.preprocess.wheel.output import stop_columns
 from iceslide_fem.preprocess.wheel.slip_table import KMH, SLIPS, SPEEDS, SlipTable, slip_table
 from iceslide_fem.preprocess.wheel.tread import Tread

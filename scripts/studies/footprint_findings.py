@@ -11,6 +11,7 @@ import numpy as np
 
 from iceslide_fem import reference
 from iceslide_fem.preprocess.footprint.case import FootprintCase
+from iceslide_fem.preprocess.footprint.film_map import film_map
 from iceslide_fem.preprocess.footprint.jaeger import (
     TABLE_1_ICE,
     friction_flux,
@@ -24,7 +25,6 @@ from iceslide_fem.preprocess.footprint.macroscopic import (
     classify,
     heat_balance,
 )
-from iceslide_fem.preprocess.footprint.passing import film_map
 from iceslide_fem.preprocess.footprint.picture import FAR
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.reading import ReadFootprint, read_footprint

@@ -20,8 +20,9 @@ import numpy as np
 
 from iceslide_fem.film.ice_heat import FIRST_LAYER, Column
 from iceslide_fem.preprocess.footprint.case import FootprintCase
+from iceslide_fem.preprocess.footprint.film_map import film_map
 from iceslide_fem.preprocess.footprint.jaeger import friction_flux, moving_source_rise
-from iceslide_fem.preprocess.footprint.passing import FilmMap, film_map
+from iceslide_fem.preprocess.footprint.passing import FilmMap
 from iceslide_fem.preprocess.footprint.reading import read_footprint
 from iceslide_fem.preprocess.footprint.synthetic import Tread, coloured_picture, save
 from iceslide_fem.runtime.arrays import Mask

@@ -15,7 +15,7 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-from iceslide_fem.preprocess.footprint.passing import film_map
+from iceslide_fem.preprocess.footprint.film_map import film_map
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.ride import Ride
 from iceslide_fem.preprocess.footprint.synthetic import Tread

@@ -19,7 +19,7 @@ from iceslide_fem.preprocess.footprint.film_options import FilmOptions
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.wheel.block_shear import block_stiffness
 from iceslide_fem.preprocess.wheel.brush import Ends, Pattern, Rolling, ends_of, tractions
-from iceslide_fem.preprocess.wheel.contact import FilmContact
+from iceslide_fem.preprocess.wheel.film_contact import FilmContact
 from iceslide_fem.preprocess.wheel.friction import friction
 from iceslide_fem.preprocess.wheel.tread import Tread
 from iceslide_fem.runtime.arrays import Array

@@ -8,9 +8,15 @@ from typing import NamedTuple
 import numpy as np
 
 from iceslide_fem.film.carrying import Carried
+from iceslide_fem.film.conditions import half_film
 from iceslide_fem.film.contact_age import ContactAge, contact_age
+from iceslide_fem.film.first_films import films_of
+from iceslide_fem.film.ice_heat import Column
+from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.film.limiting_shear import LimitingShear
+from iceslide_fem.film.passes import Passes
 from iceslide_fem.film.phase import Refreeze
+from iceslide_fem.film.rubber_heat import INSULATED, HalfFilm, Insulated, RubberColumns, RubberHeat
 from iceslide_fem.film.shear_strength import ShearStrength, shear_strength
 from iceslide_fem.film.viscosity import VariableViscosity
 from iceslide_fem.film.voids import Voids
@@ -18,7 +24,7 @@ from iceslide_fem.runtime.arrays import Array, Index
 from iceslide_fem.runtime.curve import Curve
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.contact_table import ConstantContact, ContactTable
-from iceslide_fem.scene.materials import ICE, WATER_VISCOSITY, Solid
+from iceslide_fem.scene.materials import BOTTOMLESS, ICE, WATER_VISCOSITY, Ground, Solid
 
 
 class WetIce(NamedTuple):
@@ -54,8 +60,28 @@ class WetIce(NamedTuple):
         return pressure - self.voids(contact_of).contact_pressure(pressure, water)
 
 
+class Ahead(NamedTuple):
+    """Ice ahead of contact: film height (m), layer of water (m) and surface temperature (K).
+
+    Scalars or (lines,).
+    """
+
+    height: float | Array
+    layer: float | Array
+    temperature: float | Array
+
+
+class WarmRubber(NamedTuple):
+    """Rubber that takes heat: its `solid`, and the conductance between film and bodies."""
+
+    solid: Solid
+    half_film: HalfFilm
+
+
+ONCE = Passes(1, 0.0, "keep")
 FIRST_HEIGHT = 70e-9  # m, the thesis's
 NOTHING = 1e-15  # m, capacity of voids whose water does not move: they are full
+LOCKED = 1e-9  # 1 - S of rubber that a locked wheel has warmed
 
 
 class Ride(NamedTuple):
@@ -65,7 +91,8 @@ class Ride(NamedTuple):
     water relative to the rubber, over the sliding speed. A viscosity table is read at the film's
     temperature. strength: tau_b of dry rubber on ice if it limits the shear; h0 may then be 0. age:
     ageing contact, or None. wet: water on the ice with load-bearing voids, or None. refreeze: which
-    water freezes.
+    water freezes. warm: rubber that takes heat, or None. passes: over the same ice; ground: below
+    it. own_temperature: of the rubber where it enters, K, or None for that of the ice.
     """
 
     speed: float
@@ -79,6 +106,10 @@ class Ride(NamedTuple):
     age: ContactAge | None = None
     wet: WetIce | None = None
     refreeze: Refreeze = "nothing"
+    warm: WarmRubber | None = None
+    passes: Passes = ONCE
+    ground: Ground = BOTTOMLESS
+    own_temperature: float | None = None
 
     @classmethod
     def of(
@@ -106,6 +137,10 @@ class Ride(NamedTuple):
             age and replace(age, holds=False),
             WetIce(law.ice.water, lug) if film.voids == "carry" else None,
             law.refreeze,
+            WarmRubber(law.rubber.solid, half_film(law)) if law.rubber.heat else None,
+            Passes(law.load.passes, law.load.period or 0.0, law.between),
+            law.ice.model_copy(update={"temperature": temperature}).ground,
+            law.rubber.temperature,
         )
 
     @property
@@ -118,10 +153,39 @@ class Ride(NamedTuple):
         return LimitingShear.of(self.strength, eta, fastest, freezes)
 
     @property
+    def rubber_fraction(self) -> float | Array:
+        """1 - S: speed of the rubber through the patch over that of the ice; 0 if locked."""
+        return np.maximum(1.0 - self.sliding_speed / self.speed, 0.0)
+
+    @property
+    def rubber_temperature(self) -> float | Array:
+        """Temperature of the rubber where it enters, K."""
+        return self.temperature if self.own_temperature is None else self.own_temperature
+
+    @property
     def slower(self) -> float | Array:
         """1 / (1 - S): time of the rubber in the patch over that of the ice; infinite if locked."""
         with np.errstate(divide="ignore"):
-            return np.divide(1.0, np.maximum(1.0 - self.sliding_speed / self.speed, 0.0))
+            return np.divide(1.0, self.rubber_fraction)
+
+    def rubber(self, duration: float) -> RubberColumns | Insulated:
+        """Rubber above the lines, which enters every contact at its first temperature.
+
+        duration: of the ice in the patch, s. Heat in the rubber is steady in the frame of the
+        wheel, where it moves with V (1 - S) and the ice with V. In the ice's time t = x / V
+
+            rho c (1 - S) dT/dt = lambda d2T/dz2,
+
+        so the column that goes with the ice has the density rho (1 - S). The rubber below a locked
+        wheel has been there for ever, and takes no more heat.
+        """
+        if self.warm is None:
+            return INSULATED
+        solid, half = self.warm
+        density = solid.density * np.maximum(self.rubber_fraction, LOCKED)
+        T_m = self.solid.melting_temperature
+        solid = solid._replace(density=density)
+        return RubberColumns(self.rubber_temperature, duration, solid, half, T_m)
 
     def lines(self, some: Index) -> Ride:
         """The ride of `some` of the lines."""
@@ -145,6 +209,35 @@ class Ride(NamedTuple):
     def first_layer(self) -> float | Array:
         """Layer of water on the ice ahead of contact, m."""
         return self.thinnest_layer if self.wet is None else self.wet.height
+
+    @property
+    def ahead(self) -> Ahead:
+        """Ice that nothing has touched."""
+        return Ahead(self.initial_height, self.first_layer, self.temperature)
+
+    def first_state(self, ice: Column, rubber: RubberHeat) -> InterfaceState:
+        """Lines of untouched ice, where each line has its temperature."""
+        lines = np.size(self.temperature)
+        height, layer = (
+            np.full(lines, one, dtype=float) for one in (self.initial_height, self.first_layer)
+        )
+        log_height, internal = self.films(height, np.asarray(self.temperature))
+        heats = ice.initial(lines), rubber.initial(lines)
+        return InterfaceState(log_height, layer, *heats, internal, np.zeros((0, lines)))
+
+    def films(self, height: Array, temperature: Array) -> tuple[Array, Array]:
+        """ln h and internal variables of films of `height` (m) on ice of `temperature` (K)."""
+        viscosity, variable_viscosity = self.water(height.size)
+        limit, lug = self.limit, self.wet and self.wet.lug
+        limit = limit and limit._replace(viscosity=viscosity)
+        below = np.maximum(self.solid.melting_temperature - temperature, 0.0)
+        speeds = np.broadcast_to(np.asarray(self.sliding_speed, dtype=float), height.shape)
+        return films_of(height, temperature, below, speeds, variable_viscosity, limit, lug)
+
+    def film_height(self, state: InterfaceState) -> Array:
+        """h (m) of films, (n,)."""
+        limit = self.limit
+        return np.exp(state.log_height) if limit is None else limit.height(state.log_height)
 
     def water(self, lines: int) -> tuple[Array, VariableViscosity | None]:
         """Viscosity of every line (Pa s), (lines,), and its temperature dependence, or None."""

@@ -11,23 +11,31 @@ from functools import reduce
 from typing import Any, NamedTuple
 
 from iceslide_fem.scene import Scene
-from iceslide_fem.scene.rules import CARRY, FILM_LAW, PASSES, ROWS, ROWS_OF_ICE, WARM_RUBBER, Is
+from iceslide_fem.scene.rules import CARRY, FILM_LAW, ROWS, ROWS_OF_ICE, Is
 
 # The rubber, and its contact with the ice.
 OF_AGE = (
     *"rubber.compound rubber.C10 rubber.C01 rubber.D1 rubber.nu rubber.prony rubber.dma".split(),
-    *"rubber.wlf rubber.shift_factors rubber.modulus_is".split(),
+    *"rubber.wlf rubber.shift_factors rubber.modulus_is rubber.temperature".split(),
     *"film.contact film.contact_age film.contact_modulus".split(),
 )
 # The lug that water flows out of, with film.voids = "carry".
 OF_LUG = ("model rubber.length rubber.width rubber.sipes rubber.sipe_width rubber.grooves").split()
+# Of rubber that takes heat.
+OF_HEAT = (
+    "rubber.density rubber.conductivity rubber.heat_capacity film.conductance water.conductivity"
+).split()
 TAKEN = (
     *OF_AGE,
     *OF_LUG,
+    "rubber.heat",
+    *OF_HEAT,
     *"ice.temperature ice.conductivity ice.density ice.heat_capacity".split(),
+    *"ice.depth ice.base ice.base_temperature ice.layers".split(),
     *"ice.melting_temperature ice.latent_heat ice.water water.viscosity".split(),
     *"film.k film.D film.H_V film.initial_height film.water_speed film.dry_stress".split(),
     *"film.dry_softening film.dry_residual film.voids film.refreeze".split(),
+    *"load.passes load.period film.between".split(),
     *"friction.law friction.mu friction.table friction.parameters".split(),
 )
 UNRELATED: Mapping[str, Sequence[str]] = {
@@ -38,10 +46,8 @@ UNRELATED: Mapping[str, Sequence[str]] = {
         "rubber.wall_friction rubber.sipe_depth"
     ).split(),
     "bristles have no mass": ["rubber.inertia"],
-    "only with passes, rows, or heat in the rubber, which are refused": (
-        "load.period rubber.row_pitch film.between film.conductance rubber.plate rubber.density "
-        "rubber.conductivity rubber.heat_capacity water.conductivity"
-    ).split(),
+    "only with rows, which are refused": ["rubber.row_pitch"],
+    "a tread is thicker than heat reaches": ["rubber.plate"],
     "the ice below each pixel is a column that the wheel passes": (
         "ice.motion ice.heat ice.margin ice.cell ice.trail ice.mesh_unit"
     ).split(),
@@ -74,22 +80,16 @@ class NotComputed(NamedTuple):
 
 
 WATER = 'water that bears a part of the pressure, with film.voids = "carry"'
-AHEAD = "nothing has passed over the ice ahead of it"
-DEEP = "ice as deep as heat reaches"
 NOT_COMPUTED = (
-    NotComputed(["rubber.heat"], WARM_RUBBER, "all heat goes into the ice", "false"),
     NotComputed(
-        ["rubber.temperature"], Is("rubber.temperature"), "its tread is as cold as the ice", "none"
+        ["rubber.rows"], ROWS, "the tread has its own pattern", "1, and load.passes of the wheel"
     ),
-    NotComputed(["load.passes"], PASSES, AHEAD, "1"),
-    NotComputed(["rubber.rows"], ROWS, AHEAD, "1"),
     NotComputed(
-        "ice.depth ice.base ice.base_temperature ice.layers".split(),
-        Is("ice.depth"),
-        "its ice is a half-space",
-        DEEP,
+        ["ice.mesh"],
+        Is("ice.mesh"),
+        "nothing says how deep its columns are",
+        "ice.depth and ice.layers",
     ),
-    NotComputed(["ice.mesh"], Is("ice.mesh"), "its ice is a half-space", DEEP),
     NotComputed(
         [], ROWS_OF_ICE, "its ice has one conductivity and one heat capacity", "one number each"
     ),
@@ -131,7 +131,8 @@ def refused(scene: Scene) -> str | None:
 def dropped(scene: Scene, taken: Scene) -> list[str]:
     """Keys of the physics of a `scene` whose values are not those of the scene `taken`."""
     physics = [*TAKEN, *(key for each in NOT_COMPUTED for key in each.keys)]
-    of_law = [key for key in physics if key not in OF_LUG]
+    apart = OF_LUG if scene.rubber.heat else [*OF_LUG, *OF_HEAT]
+    of_law = [key for key in physics if key not in apart]
     return [key for key in of_law if _value(scene, key) != _value(taken, key)]
 
 

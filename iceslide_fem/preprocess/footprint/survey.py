@@ -10,6 +10,7 @@ import numpy as np
 
 from iceslide_fem.film.doubts import doubts
 from iceslide_fem.preprocess.footprint.case import FootprintCase
+from iceslide_fem.preprocess.footprint.film_map import film_map
 from iceslide_fem.preprocess.footprint.jaeger import friction_flux
 from iceslide_fem.preprocess.footprint.macroscopic import (
     STATES,
@@ -20,7 +21,7 @@ from iceslide_fem.preprocess.footprint.macroscopic import (
     edge_temperatures,
     heat_model,
 )
-from iceslide_fem.preprocess.footprint.passing import FilmMap, film_map
+from iceslide_fem.preprocess.footprint.passing import FilmMap
 from iceslide_fem.preprocess.footprint.picture import FAR
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap, gaussian_centre_line
 from iceslide_fem.preprocess.footprint.reading import ReadFootprint

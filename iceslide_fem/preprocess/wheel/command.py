@@ -15,8 +15,8 @@ from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.reading import ReadFootprint, read_source
 from iceslide_fem.preprocess.wheel.braking import Stop, compare_controls
 from iceslide_fem.preprocess.wheel.case import WheelCase
+from iceslide_fem.preprocess.wheel.case_contact import contact_of_case
 from iceslide_fem.preprocess.wheel.charts import charts_of
-from iceslide_fem.preprocess.wheel.contact import contact_of_case
 from iceslide_fem.preprocess.wheel.friction import Curve, curves
 from iceslide_fem.preprocess.wheel.output import columns, stop_columns, stop_figures, summary
 from iceslide_fem.preprocess.wheel.slip_table import axes_of_a_stop, slip_table
@@ -159,7 +159,9 @@ def _lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
         if (value := member.get("patch_stiffness_Pa_per_m")) is not None
         for speed, celsius, *_ in (member_cells(member),)
     ]
+    passes = [("last of so many passes", f"{wheel['passes']}")]
     return [
+        *passes * (wheel["passes"] > 1),
         ("contact length", f"{1e3 * wheel['contact_length_m']:.4g} mm"),
         ("load", f"{wheel['load_N']:.5g} N" + " per metre of width" * wheel["one_line"]),
         *mass,

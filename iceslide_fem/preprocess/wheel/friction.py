@@ -17,7 +17,8 @@ from iceslide_fem.preprocess.wheel.brush import (
     tractions,
 )
 from iceslide_fem.preprocess.wheel.case import WheelCase
-from iceslide_fem.preprocess.wheel.contact import SLOWEST, Slid, SlidingContact, contact_of_case
+from iceslide_fem.preprocess.wheel.case_contact import contact_of_case
+from iceslide_fem.preprocess.wheel.contact import SLOWEST, Slid, SlidingContact
 from iceslide_fem.preprocess.wheel.tread import Tread, TreadStiffness
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SimulationStopped
@@ -50,6 +51,7 @@ def friction(
 ) -> list[SlipPoint]:
     """Friction of wheels with equal speed and slip angle; ice enters at the last column.
 
+    It is that of the last pass over the same ice; before it are others of the same slip ratio.
     Raises SimulationStopped if a step fails.
     """
     pressure, dx = footprint.pressure[:, ::-1], footprint.dx
@@ -70,9 +72,10 @@ def friction(
     )
     with np.errstate(divide="ignore"):
         memory = tread.memory(dx / passing_of_tread)
-    traction, slid = _brush(
-        np.concatenate(seen), dx, passing, tread.stiffness * dx * rise, speed, contact, memory
-    )
+    lines_seen, stress = np.concatenate(seen), tread.stiffness * dx * rise
+    for _ in range(contact.passes):
+        traction, slid = _brush(lines_seen, dx, passing, stress, speed, contact, memory)
+        contact = contact.after(slid)
 
     def of(number: int) -> SlipPoint:
         some = slice(number * lines, (number + 1) * lines)
@@ -122,7 +125,8 @@ def _brush(
     """Bristle stress and sliding contact of lines (n, nx), leading edge first.
 
     The first sliding area follows from the friction at the onset of sliding. If friction then
-    falls, more bristles slide.
+    falls, more bristles slide. A film that freezes may rub more than rubber that sticks: bristles
+    break at the larger friction.
     """
     touching, speed = pressure > 0.0, np.maximum(speed, SLOWEST)
     rise = np.where(speed > SLOWEST, rise, 0.0)
@@ -132,7 +136,8 @@ def _brush(
     for _ in range(PASSES):
         slid = contact.slid(pressure, slides, dx, passing, speed)
         sliding = Ends(*(np.where(slides, *pair) for pair in zip(slid.stress, begins, strict=True)))
-        traction = tractions(rise, touching, static, sliding, memory)
+        held = Ends(*(np.maximum(*pair) for pair in zip(static, sliding, strict=True)))
+        traction = tractions(rise, touching, held, sliding, memory)
         more = (traction.sliding > 0.0) & ~slides
         if not more.any():
             return traction, slid
@@ -201,7 +206,7 @@ def curves(
         (
             member,
             contact_of_case(member, footprint.contact_length),
-            stiffness.tread(case.pattern, member.temperature),
+            stiffness.tread(case.pattern, member.law.rubber.temperature or member.temperature),
         )
         for member in case.members
     ]

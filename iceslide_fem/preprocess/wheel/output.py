@@ -103,6 +103,7 @@ def summary(
             "stiffness_Pa_per_m": stiffness.value,
             "stiffness_from": stiffness.source,
             "one_line": case.one_line,
+            "passes": case.law.load.passes,
             **({"mass_kg": case.car(footprint.load).mass} if case.abs else {}),
         },
         "curves": members,
