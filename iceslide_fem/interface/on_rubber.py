@@ -104,18 +104,25 @@ class Attached:
         """The area of the points, and zero beside the rubber."""
         return contact.area, np.zeros_like(contact.area)
 
-    def shift_window(self, state: InterfaceState, offset: float, distance: float) -> Shifted:
+    def shift_window(
+        self,
+        state: InterfaceState,
+        offset: float,
+        distance: float,
+        ahead: InterfaceState | None = None,
+    ) -> Shifted:
         """The state unchanged: attached ice has no window."""
         return Shifted(state, 0.0)
 
     def rested(
-        self, state: InterfaceState, contact: ContactLoads, begins: PassBegin
-    ) -> InterfaceState:
-        """State at the start of the next pass, under the points of `contact`. Collective.
+        self, state: InterfaceState, end: ContactLoads, start: ContactLoads, begins: PassBegin
+    ) -> tuple[InterfaceState, None]:
+        """State at the start of the next pass; no other ice enters. Collective.
 
         Raises NotConverged.
         """
-        return begins.after(state, self._law, self.ice.under(self._contacts(contact, contact)))
+        ice = self.ice.under(self._contacts(start, start))
+        return begins.after(state, self._law, ice), None
 
     @property
     def internal_nodes(self) -> OwnNodes | None:
@@ -195,12 +202,22 @@ class OnRubber(Attached):
         """Whether the window is below all touching points."""
         return reaches(self.ice.grid, contact)
 
-    def shift_window(self, state: InterfaceState, offset: float, distance: float) -> Shifted:
+    def shift_window(
+        self,
+        state: InterfaceState,
+        offset: float,
+        distance: float,
+        ahead: InterfaceState | None = None,
+    ) -> Shifted:
         """Shift the ice; the films stay with the rubber. Collective."""
         cells, rest = whole_cells(self.ice.grid, offset)
         if cells == 0:
             return Shifted(state, offset)
-        return Shifted(state._replace(ice=self.ice.shifted(state.ice, cells)), rest)
+        return Shifted(self._over_fresh_ice(state, cells), rest)
+
+    def _over_fresh_ice(self, state: InterfaceState, cells: int) -> InterfaceState:
+        fresh = self.ice.initial(state.log_height.size)
+        return state._replace(ice=self.ice.shifted(state.ice, cells, fresh))
 
     def _contacts(self, start: ContactLoads, end: ContactLoads) -> Contacts:
         return passed_over(self.ice.grid, start, end)

@@ -178,7 +178,10 @@ RULES = (
          "k, D and H_V of one nominal pressure are held", "'local'"),
     Rule((PASSES, ROWS), "rows are passes of the period rubber.row_pitch / load.speed"),
     Rule((ROWS, BLOCKS), "", 'model = "point"'),
-    Rule((PASSES, BLOCKS, SLIDING), "", "ice.motion = 'attached', or model = \"point\""),
+    Rule((PASSES, Is("film.carrier", ("rubber",)), SLIDING), "the rubber takes its films along, "
+         "and begins each pass untouched", 'film.carrier = "ice"', (BLOCKS,)),
+    Rule((PASSES, Is("ice.water_has_rows", shown="rows of ice.water"), SLIDING), "all ice that a "
+         "pass leaves behind is alike", "a number", (BLOCKS,)),
     Rule((PASSES, BLOCKS, CHANGES), "", 'numbers, or model = "point"'),
     Rule((PASSES, BLOCKS, Is("rubber.wall_friction")), "", '0, or model = "point"'),
     *_passing(PASSES),

@@ -55,6 +55,9 @@ def check_contradictions(scene: Tables) -> None:
         )
     check_shape(scene.rubber)
     _rows_are_apart(scene)
+    fault = None if scene.rubber.mesh is not None else too_short(scene, scene.rubber.length)
+    if fault is not None:
+        raise ValueError(fault)
     check_ground(scene.ice)
     _rubber_relaxes_here(scene)
     if scene.film.contact_age and scene.rubber.relaxation is None:
@@ -144,6 +147,21 @@ def _rubber_relaxes_here(scene: Tables) -> None:
                 f"{FURTHEST_UNDETERMINED:g} K, isotherms that reach further, or rubber.wlf or "
                 "rubber.shift_factors"
             )
+
+
+def too_short(scene: Tables, length: float) -> str | None:
+    """Message if no ice passes below all of a block of `length` (m) in a pass, else None."""
+    load = scene.load
+    if load.passes == 1 or scene.ice.motion == "attached" or scene.model == "point":
+        return None
+    transit = length / load.speeds.mean
+    if load.duration >= transit * (1.0 - 1e-9):
+        return None
+    return (
+        f"load.duration = {readable(load.duration, 's')} is too short for load.passes: the next "
+        "pass meets ice that has been below all of the rubber; allowed: at least its length over "
+        f"load.speed, {readable(transit, 's')}"
+    )
 
 
 def too_soft(scene: Tables, height: float) -> str | None:
