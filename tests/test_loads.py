@@ -269,7 +269,7 @@ def test_a_point_that_starts_from_rest_and_comes_to_rest():
     rows, entries = point_history(here)
     assert rows[0].mu == 0.0 and rows[-1].mu == 0.0 and max(row.mu for row in rows) > 0.2
     assert rows[-1].slip_m == pytest.approx(3.0 * (0.25 + 1.0 + 0.15) * MS, rel=1e-12)
-    assert abs(entries["energy_imbalance"]) < 1e-9
+    assert abs(entries["energy_imbalance"]) < 1e-4
     times = np.array([row.time_s for row in rows])
     for corner in (0.5e-3, 1.5e-3, 1.8e-3):  # steps end there
         assert abs(times - corner).min() < 1e-15

@@ -137,17 +137,35 @@ def scene(model="point", **tables):
 
 
 def test_friction_falls_from_pass_to_pass():
-    """Warm ice and water that stays lower it: kept water most, drained water least."""
+    """Warm ice and water that stays lower it: liquid water most, drained water least."""
+    films = {
+        "drain": {"between": "drain"},
+        "freeze": {"between": "freeze"},
+        "liquid": {"between": "keep", "refreeze": "nothing"},
+    }
     means = {}
-    for between in ("drain", "freeze", "keep"):
+    for name, film in films.items():
         found = []
-        point_history(scene(film={"between": between}), found.append)
-        means[between] = [row.mu_mean for row in found]
-        assert (np.diff(means[between]) < 0.0).all()
-    assert means["keep"][-1] < means["freeze"][-1] < means["drain"][-1]
+        point_history(scene(film=film), found.append)
+        means[name] = [row.mu_mean for row in found]
+        assert (np.diff(means[name]) < 0.0).all()
+    assert means["liquid"][-1] < means["freeze"][-1] < means["drain"][-1]
     first = {values[0] for values in means.values()}
     alone = point_history(scene(load={"passes": 1, "period": None}))[1]["mu_mean"]
     assert max(first) == pytest.approx(alone, rel=1e-3)
+
+
+def test_water_that_stays_freezes_to_cold_ice():
+    """A film of 100 s on -20 degC ice is ice: it begins again as high as the first one."""
+    cold = {"temperature": 253.15}
+    means = {}
+    for between in ("freeze", "keep"):
+        found = []
+        film = {"between": between}
+        point_history(scene(film=film, load={"period": 100.0}, ice=cold), found.append)
+        means[between] = [row.mu_mean for row in found]
+    assert means["keep"] == means["freeze"]
+    assert means["keep"] == pytest.approx(means["keep"][:1] * 4, rel=1e-2)
 
 
 def test_a_viscosity_over_temperature_goes_on_from_pass_to_pass():

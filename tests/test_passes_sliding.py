@@ -43,8 +43,8 @@ def scene(between, heat="column", model="slice", cell=2e-4):
     )  # fmt: skip
 
 
-def wet(between):
-    """Soft rubber with a sipe on wet ice, whose water freezes."""
+def wet(between, refreeze="area"):
+    """Soft rubber with a sipe on wet ice."""
     return scene_from_dict(
         {
             "name": "wet", "model": "slice",
@@ -59,7 +59,7 @@ def wet(between):
                 "motion": "sliding", "heat": "column", "cell": 1e-4, "water": 5e-6,
                 "temperature": "-1 degC",
             },
-            "film": {"between": between, "voids": "carry"},
+            "film": {"between": between, "voids": "carry", "refreeze": refreeze},
             "numerics": {"tolerance": 1e-2, "refinement": 0.5},
         }
     )  # fmt: skip
@@ -105,10 +105,10 @@ def test_every_pass_is_that_of_a_point(between, heat):
     assert means[1] < 0.9 * means[0]  # the ice is warm
 
 
-@pytest.mark.parametrize("between", ["keep", "freeze"])
-def test_water_that_comes_in_again_is_accounted_for(between):
+@pytest.mark.parametrize(("between", "refreeze"), [("keep", "nothing"), ("freeze", "area")])
+def test_water_that_comes_in_again_is_accounted_for(between, refreeze):
     """Half of the water that passes below the rubber stays on the ice, and comes in again."""
-    sliding = started(wet(between))
+    sliding = started(wet(between, refreeze))
     ledger = Ledger(sliding)
     rows = [slid(sliding, ledger)]
     x = sliding.frame.ice.grid.lines[0]
@@ -134,7 +134,7 @@ def mu_of_the_end(sliding):
 
 
 def test_a_run_goes_on_from_the_middle_of_a_pass():
-    again_wet = wet("keep")
+    again_wet = wet("keep", "nothing")
     whole = started(again_wet)
     slid(whole)
     whole.begin_pass()

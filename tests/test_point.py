@@ -324,6 +324,14 @@ def scene(**changes):
     return scene_from_dict(data)
 
 
+def test_heat_of_the_water_that_there_is_closes_the_energy_balance_as_steps_shorten():
+    missing = []
+    for tolerance in (1e-2, 1e-3, 1e-4):
+        _, entries = point_history(scene(numerics={"tolerance": tolerance}))
+        missing.append(abs(entries["energy_imbalance"]))
+    assert 1e-9 < missing[2] < 0.2 * missing[1] < 0.04 * missing[0] < 4e-6
+
+
 @pytest.mark.parametrize("heat", ["column", "half-space"])
 def test_history_of_a_scene(heat):
     rows, results = point_history(scene(ice={"heat": heat}))
@@ -339,8 +347,8 @@ def test_history_of_a_scene(heat):
     assert last.slip_m == pytest.approx(0.02)
     assert last.saturated_fraction == last.melted_fraction == last.contact_fraction == 1.0
     parts = last.ice_heat_J + last.latent_heat_J
-    assert last.friction_work_J == pytest.approx(parts, rel=1e-12)
-    assert abs(results["energy_imbalance"]) < 1e-12
+    assert last.friction_work_J == pytest.approx(parts, rel=1e-4)
+    assert abs(results["energy_imbalance"]) < 1e-4
     assert results["mu_end"] == pytest.approx(last.mu)
     assert results["mu_peak"] == pytest.approx(max(row.mu for row in rows))
     assert results["steps"] == len(rows) - 1
@@ -391,7 +399,7 @@ def test_ice_that_slides_below_a_point_passes():
     )
     np.testing.assert_allclose(mu[time >= 0.5e-3], mean, rtol=1e-9)
     assert results["mu_end"] == pytest.approx(mean) and results["steps"] == len(rows) - 1
-    assert abs(results["energy_imbalance"]) < 1e-12
+    assert abs(results["energy_imbalance"]) < 1e-4
     work = np.sum(0.5 * (mu[1:] + mu[:-1]) * np.diff(time)) * 5e5 * 6e-6 * 4.0
     assert rows[-1].friction_work_J == pytest.approx(work, rel=1e-4)
 

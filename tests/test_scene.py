@@ -258,9 +258,9 @@ def test_nominal_pressure_outside_the_table_is_said_once():
         ("numerics.film_integrator", "rk4", ["'sdirk2'", "'explicit-euler'"]),
         # unknown key
         ("load.presure", 1, ["load.presure", "did you mean load.pressure?"]),
-        ("load.temperature", 1, ["did you mean ice.temperature?"]),
+        ("load.temperature", 1, ["did you mean", "ice.temperature?"]),
         ("film.hv", 1, ["did you mean film.H_V?"]),
-        ("temprature", 1, ["did you mean ice.temperature?"]),
+        ("temprature", 1, ["did you mean", "ice.temperature?"]),
         ("film.foo", 1, ["film.foo", "allowed: film.carrier, film.pressure, film.k"]),
         # compound
         ("rubber.compound", "A", ["1.10 MPa", "rubber.C10", "D1", "film.k, film.D and film.H_V"]),

@@ -157,7 +157,7 @@ def test_points_are_those_of_single_runs(tmp_path):
         for name in ("mu_peak", "mu_mean", "mu_end", "melt_onset_s"):
             expected = np.nan if single[name] is None else single[name]
             assert float(found[name]) == pytest.approx(expected, rel=2e-3, nan_ok=True), name
-        assert abs(float(found["energy_imbalance"])) < 1e-9
+        assert abs(float(found["energy_imbalance"])) < 1e-4
         time = found["time_share"].values * case.scene.load.duration
         curve = np.interp(time, [row.time_s for row in rows], [row.mu for row in rows])
         np.testing.assert_allclose(found["mu"], curve, rtol=2e-2)

@@ -137,7 +137,7 @@ def test_friction_no_longer_dies_when_voids_are_full():
     stopped, _ = point_history(scene(film={"voids": "stop"}))
     assert entries["saturation_s"] is not None
     assert rows[-1].mu > 1.5 * stopped[-1].mu and rows[-1].film_height_m < stopped[-1].film_height_m
-    assert abs(rows[-1].energy_imbalance) < 1e-9
+    assert abs(rows[-1].energy_imbalance) < 1e-4
     before = [row for row in rows if not row.saturated_fraction]
     due = np.array([(row.time_s, row.mu) for row in stopped])
     mu = np.interp([row.time_s for row in before], *due.T)

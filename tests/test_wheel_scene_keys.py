@@ -99,6 +99,7 @@ GIVEN = {
     "rubber.conductivity": (0.3,),
     "rubber.heat_capacity": (1700.0,),
     "rubber.heat": (True, THICK),
+    "rubber.temperature": ("10 degC",),
     "rubber.plate": ("held",),
     "rubber.inertia": (True,),
     "rubber.rows": (2, {}, ROWS),

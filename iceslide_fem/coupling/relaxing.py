@@ -81,7 +81,7 @@ class Viscoelastic:
 
     def __init__(self, block: Block, rubber: Viscoelasticity, frame: FilmFrame) -> None:
         self._rubber, self._ice, self._scale = rubber, frame.ice, block.scale
-        self._ambient = block.scene.ice.temperature
+        self._uniform, self._first = block.scene.rubber_temperature, block.scene.ice.temperature
         space = block.rubber.space
         element = compat.basix_lagrange(compat.cell_name(space.mesh), space_degree(space))
         self._shape = np.array(element.tabulate(0, rubber.points))[0, ..., 0]
@@ -116,9 +116,9 @@ class Viscoelastic:
     def _temperature(self, start: CoupledState) -> Array | float:
         """Temperature of the rubber, K: uniform, or at the quadrature points (c, q)."""
         if not isinstance(self._ice, MeshedIceAndRubber):
-            return self._ambient
+            return self._uniform
         rise = self._ice.rubber_rise(start.interface.ice)
-        return np.asarray(self._ambient + rise[self._dofs] @ self._shape.T)
+        return np.asarray(self._first + rise[self._dofs] @ self._shape.T)
 
 
 def relaxing(block: Block, frame: FilmFrame) -> Relaxing:

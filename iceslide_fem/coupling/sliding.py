@@ -129,7 +129,7 @@ class Sliding:
         block.equilibrium.forget()
         self._relaxing.begin_at_once()
         loads = self._plate.first_loads()
-        rest = Rest(scene.load.rest, self._duration, scene.film.between)
+        rest = Rest(scene.load.rest, self._duration, scene.between)
         begins = PassBegin(rest, scene.initial_height, scene.ice.solid, block.surface.comm)
         speed = np.full(block.surface.weights.shape, scene.load.speeds.first)
         try:

@@ -62,14 +62,14 @@ def simulation_settings(scene: Scene) -> dict[str, Any]:
 def rubber_columns(
     scene: Scene, duration: float | Array | None = None
 ) -> RubberColumns | Insulated:
-    """Thermal model of the rubber above the contact points, initially as warm as the ice.
+    """Thermal model of the rubber above the contact points, at its initial temperature.
 
     duration: for which its columns are made (see `Column`), s; by default the scene's.
     """
     if not scene.rubber.heat:
         return INSULATED
     return RubberColumns(
-        scene.ice.temperature,
+        scene.rubber_temperature,
         scene.load.duration if duration is None else duration,
         scene.rubber.solid,
         half_film(scene),
@@ -139,11 +139,11 @@ def varied_conditions(scene: Scene, **varied: ArrayLike) -> Conditions:
 
 def scene_passes(scene: Scene) -> Passes:
     """Passes of the scene over the same ice, or of rows of blocks."""
-    rubber, load, film = scene.rubber, scene.load, scene.film
-    if rubber.row_pitch is not None:
-        return Passes(rubber.rows, rubber.row_pitch / load.speeds.mean, "keep", scene.water_speed)
+    rubber, load = scene.rubber, scene.load
     carried = scene.water_speed if scene.ice.motion == "sliding" else 1.0
-    return Passes(load.passes, load.period or load.duration, film.between, carried)
+    if rubber.row_pitch is not None:
+        return Passes(rubber.rows, rubber.row_pitch / load.speeds.mean, scene.between, carried)
+    return Passes(load.passes, load.period or load.duration, scene.between, carried)
 
 
 def scene_loading(scene: Scene) -> Loading | None:
@@ -155,4 +155,4 @@ def scene_loading(scene: Scene) -> Loading | None:
     if load.changes:
         near = SAMPLED * scene.numerics.tolerance
         courses = load.pressures.sampled(near), load.speeds.sampled(near)
-    return Loading(*courses, scene.contact_parameters, age)
+    return Loading(*courses, scene.contact_parameters, age, scene.rubber.temperature)

@@ -122,9 +122,10 @@ class Driven(NamedTuple):
         if self.loading is None or self.loading.age is None:
             return age
         first, last = (self.pressure(one) for one in (time, time + dt))
-        warm = self.conditions.temperature if kelvin is None else kelvin
-        aging = self.loading.age
-        return aging.after(age, first, last, aging.relaxation.reduced(dt, warm))
+        aging, own = self.loading.age, self.loading.rubber
+        if kelvin is None:
+            kelvin = self.conditions.temperature if own is None else np.full_like(dt, own)
+        return aging.after(age, first, last, aging.relaxation.reduced(dt, kelvin))
 
     def together(self, dt: Array) -> Array:
         """The same: each point has its own steps."""

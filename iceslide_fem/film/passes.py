@@ -1,8 +1,9 @@
 """Repeated passes over the same ice: heat and water at the start of the next pass.
 
 Between passes nothing touches the ice; its columns conduct heat, solved exactly. The water of a
-pass is kept, drained, or freezes. Freezing water holds the surface at the melting point. Water that
-does not freeze within the rest stays.
+pass drains or stays. Water that stays freezes to cold ice, or only its films do, or nothing:
+`Between`. Freezing water holds the surface at the melting point. What does not freeze within the
+rest is still there.
 """
 
 from __future__ import annotations
@@ -20,16 +21,18 @@ from iceslide_fem.film.point_conditions import Conditions
 from iceslide_fem.film.point_result import PointResult
 from iceslide_fem.runtime.arrays import Array
 
+Between = Literal["drain", "nothing", "film", "all"]  # all water is gone, or which of it freezes
+
 
 class Passes(NamedTuple):
-    """A `number` of passes with a `period` (s), and the treatment of water between them.
+    """A `number` of passes with a `period` (s), and what happens to water between them.
 
     carried: fraction of the water on the ice that the voids take in.
     """
 
     number: int
     period: float
-    between: Literal["keep", "drain", "freeze"]
+    between: Between
     carried: float = 1.0
 
 
@@ -83,29 +86,35 @@ def next_start(state: InterfaceState, films: Films, ice: Column, passes: Passes)
     """Initial state of a pass after one that ends in `state`. The rubber begins untouched."""
     height, squeezed, first = films.film_height(state), state.squeezed_height, films.initial_height
     heat, rest = state.ice, passes.period - films.duration
-    if passes.between == "keep":
-        squeezed = passes.carried * squeezed
-    elif passes.between == "drain":
-        height, squeezed = first, np.zeros_like(squeezed)
-    else:
-        heat, left, rest = frozen(heat, molten(height, squeezed, first), rest, ice)
-        height, squeezed = unfrozen(height, left, first)
-        squeezed = passes.carried * squeezed
+    water = molten(height, squeezed, first, passes.between)
+    heat, left, rest = frozen(heat, water, rest, ice)
+    height, squeezed = after_rest(height, squeezed, left, first, passes.between)
+    squeezed = passes.carried * squeezed
     heat = ice.cooled(heat, rest)
     log_height, internal = films.films(height, ice.surface_temperature(heat))
     young = films.untouched(height.size)
     return InterfaceState(log_height, squeezed, heat, state.rubber, internal, young)
 
 
-def molten(height: Array, squeezed: Array, first: Array | float) -> Array:
-    """Water (m) that may freeze: film `height` plus `squeezed` water, minus the `first` film."""
-    return np.maximum(height + squeezed - first, 0.0)
+def molten(height: Array, squeezed: Array, first: Array | float, between: Between) -> Array:
+    """Water (m) that freezes in a rest: of films of the `height` above the `first` one, and all
+    that is `squeezed` out.
+    """
+    if between == "all":
+        return np.maximum(height + squeezed - first, 0.0)
+    return np.maximum(height - first, 0.0) if between == "film" else np.zeros_like(height)
 
 
-def unfrozen(height: Array, left: Array, first: Array | float) -> tuple[Array, Array]:
-    """Heights of films and of squeezed-out water (m) when `left` of the `molten` water remains."""
+def after_rest(
+    height: Array, squeezed: Array, left: Array, first: Array | float, between: Between
+) -> tuple[Array, Array]:
+    """Films and squeezed-out water (m) after a rest that leaves `left` of the `molten` water."""
+    if between == "drain":
+        return first + np.zeros_like(height), np.zeros_like(squeezed)
+    if between == "nothing":
+        return height, squeezed
     film = np.clip(height - first, 0.0, left)
-    return first + film, np.maximum(left - film, 0.0)
+    return first + film, squeezed if between == "film" else np.maximum(left - film, 0.0)
 
 
 def frozen(heat: Array, water: Array, rest: Array, ice: Column) -> tuple[Array, Array, Array]:

@@ -197,13 +197,15 @@ class FilmStart(NamedTuple):
 class Loading(NamedTuple):
     """Pressure (Pa) and speed (m/s) over time, for all points, instead of those of the conditions.
 
-    contact: gives k, D and H_V; age: of the contact, whose k, D and H_V then hold instead.
+    contact: gives k, D and H_V; age: of the contact, whose k, D and H_V then hold instead; rubber:
+    its temperature, K, by default that of the ice.
     """
 
     pressure: Course | None
     speed: Course | None
     contact: ContactTable | ConstantContact
     age: ContactAge | None = None
+    rubber: float | None = None
 
     def at(self, here: Conditions, time: Array, age: Array) -> Conditions:
         """The conditions at `time` (s, one per point), with the history of the contact."""

@@ -2,7 +2,7 @@
 
     rho c dT/dt = div(lambda grad T) + f,   lambda dT/dn = q on the surface,   T = T_b on a base
 
-that is held, and no heat through all other faces. With w the rise of T above the initial
+that is held, and no heat through all other faces. With w the rise of T above one
 temperature and the test functions v of the elements (`elements`),
 
     int rho c dw/dt v dx + int lambda grad w . grad v dx = int q v ds + int f v dx.
@@ -68,7 +68,7 @@ class HeatEquation:
     numbers: global numbers of the space's local dofs.
     capacity: of each unknown, J/K (J/(m K) in a slice); conduction: matrix, W/K, whose rows and
     columns of the held base are zero; drawn: power from each unknown into a base held at another
-    than the initial temperature, W; held: mask of the base's unknowns.
+    rise than 0, W; held: mask of the base's unknowns; first_rise: at t = 0, K.
     """
 
     def __init__(
@@ -77,10 +77,9 @@ class HeatEquation:
         elements: Elements,
         properties: Properties,
         base: tuple[str, float] | None = None,
+        first_rise: float = 0.0,
     ) -> None:
-        """base: name of the held facets, and their rise above the initial temperature (K).
-        Collective.
-        """
+        """base: name of the held facets, and their rise (K). Collective."""
         self.body, self.elements, self.comm = body, elements, body.mesh.comm
         dofs, self.numbers = elements.numbering
         self.x = elements.space.tabulate_dof_coordinates()[dofs, : body.mesh.geometry.dim]
@@ -89,7 +88,7 @@ class HeatEquation:
         self.conduction = self._assembled()
         own = dofs.size
         self.held = np.zeros(own, dtype=bool)
-        self.drawn, self.base_rise = np.zeros(own), 0.0
+        self.drawn, self.base_rise, self.first_rise = np.zeros(own), 0.0, first_rise
         if base is not None:
             self.base_rise = base[1]
             self.held = self._on(base[0])
@@ -104,12 +103,12 @@ class HeatEquation:
         return int(self.conduction.getSize()[0])
 
     def initial(self) -> Array:
-        """Heat state at t = 0, K: zero except at the held base."""
-        return self.heat_state(np.where(self.held, self.base_rise, 0.0))
+        """Heat state at t = 0, K, with the held base."""
+        return self.heat_state(np.where(self.held, self.base_rise, self.first_rise))
 
     def heat(self, heat_state: Array) -> float:
-        """Heat above the initial temperature without the base, J (J/m in a slice). Collective."""
-        own = float(self.capacity @ np.where(self.held, 0.0, heat_state))
+        """Heat since t = 0 without the base, J (J/m in a slice). Collective."""
+        own = float(self.capacity @ np.where(self.held, 0.0, heat_state - self.first_rise))
         return float(self.comm.allreduce(own, op=MPI.SUM))
 
     def rise(self, heat_state: Array) -> Array:

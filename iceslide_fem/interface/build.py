@@ -75,11 +75,12 @@ def _over_temperature(given: Any) -> Curve:
 
 def meshed_rubber(block: Block) -> MeshedRubber:
     """The block as a body that conducts heat in its mesh. Collective."""
-    rubber, body = block.scene.rubber, block.rubber.block
-    plate = ("plate", 0.0) if rubber.plate == "held" else None
-    properties = uniform(body.mesh, rubber.solid)
-    equation = HeatEquation(body, QuadraticElements(body.mesh), properties, plate)
-    return MeshedRubber(equation, block.surface, half_film(block.scene))
+    scene, body = block.scene, block.rubber.block
+    warmer = scene.rubber_temperature - scene.ice.temperature
+    plate = ("plate", warmer) if scene.rubber.plate == "held" else None
+    properties = uniform(body.mesh, scene.rubber.solid)
+    equation = HeatEquation(body, QuadraticElements(body.mesh), properties, plate, warmer)
+    return MeshedRubber(equation, block.surface, half_film(scene))
 
 
 def settings_of(block: Block, heated: Array) -> Settings:
@@ -238,7 +239,7 @@ def _rubber_over_grid(scene: Scene, grid: SurfaceGrid, duration: Array) -> Rubbe
         return None
     ice, solid = scene.ice, scene.rubber.solid
     settings = duration, solid, half_film(scene), ice.melting_temperature
-    return RubberOverGrid(grid, ice.temperature, *settings)
+    return RubberOverGrid(grid, scene.rubber_temperature, *settings)
 
 
 def _footprint(block: Block) -> tuple[Array, list[tuple[float, float]]]:

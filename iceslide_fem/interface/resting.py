@@ -7,7 +7,7 @@ grow by a constant factor, because heat given over a time t diffuses over times 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.ice_heat import IceHeat
 from iceslide_fem.film.integrators import InterfaceState, advance
 from iceslide_fem.film.law import FilmHistory, FilmStage, Surface
-from iceslide_fem.film.passes import molten, unfrozen
+from iceslide_fem.film.passes import Between, after_rest, molten
 from iceslide_fem.film.rubber_heat import RubberHeat
 from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.laws.protocol import InterfaceLaw
@@ -27,11 +27,11 @@ FIRST, LONGER, LONGER_WET = 5e-3, 1.25, 1.12
 
 
 class Rest(NamedTuple):
-    """A rest of a `time` (s) after `heated` (s) of contact; between: treatment of the water."""
+    """A rest of a `time` (s) after `heated` (s) of contact; between: what happens to water."""
 
     time: float
     heated: float
-    between: Literal["freeze", "drain", "keep"]
+    between: Between
 
     def after(self, passed: float) -> Rest:
         """The rest of ice that the rubber met `passed` (s) before it rests, and meets again."""
@@ -165,13 +165,10 @@ class PassBegin(NamedTuple):
         Raises NotConverged.
         """
         height, squeezed = law.film_height(state), state.squeezed_height
-        freezes = self.rest.between == "freeze"
-        water = molten(height, squeezed, self.first) if freezes else np.zeros_like(squeezed)
+        first, between = self.first, self.rest.between
+        water = molten(height, squeezed, first, between)
         heat, left = rested(state.ice, water, ice, self.rest, self.solid, self.comm)
-        if self.rest.between == "drain":
-            height, squeezed = np.full_like(height, self.first), np.zeros_like(squeezed)
-        elif freezes:
-            height, squeezed = unfrozen(height, left, self.first)
+        height, squeezed = after_rest(height, squeezed, left, first, between)
         log_height, internal = law.films(height, ice.surface_temperature(heat))
         young = law.untouched(state.age.shape[1])
         return InterfaceState(log_height, squeezed, heat, state.rubber, internal, young)

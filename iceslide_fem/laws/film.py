@@ -357,7 +357,7 @@ def film_law(scene: Scene) -> FilmLaw:
         scene.viscosity,
         First(
             scene.ice.temperature,
-            scene.ice.temperature,
+            scene.rubber_temperature,
             speeds.first,
             scene.initial_height,
             scene.ice.melting_temperature,

@@ -106,6 +106,9 @@ def _unused(scene: Scene) -> list[str]:
             "rubber.heat_capacity",
             "water.conductivity",
         ]
+        relaxes = scene.rubber.relaxation is not None
+        if not (relaxes and (scene.model != "point" or scene.film.contact_age)):
+            reasons["without rubber.heat or relaxation"] = ["rubber.temperature"]
     elif scene.film.conductance is not None:
         reasons["beside film.conductance"] = ["water.conductivity"]
     found = []
@@ -159,7 +162,7 @@ def _relaxation(scene: Scene) -> list[str]:
         if measured is None
         else [f"the table of rubber.dma: {each}" for each in of_fit(measured)]
     )
-    return fit + of_use(relaxation, scene.ice.temperature)
+    return fit + of_use(relaxation, scene.rubber_temperature)
 
 
 def _have(keys: list[str]) -> str:

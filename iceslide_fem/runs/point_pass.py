@@ -31,14 +31,18 @@ ENERGIES = ("friction_work", "ice_heat", "rubber_heat", "latent_heat")
 
 
 class PointRows:
-    """Rows of one point under `law`, one per accepted step from t = 0, with the block's forces."""
+    """Rows of one point under `law`, one per accepted step from t = 0, with the block's forces.
+
+    The latent heat is that of the water that there is: in the film, in the voids, and flowed out of
+    them. The energy balance then compares it with the heat of the stages.
+    """
 
     def __init__(self, scene: Scene, law: InterfaceLaw) -> None:
         self._scene, self._law = scene, law
         self._area = scene.rubber.length * scene.rubber.width
         self._water = PointWater(law, self._area)
         self._energies = dict.fromkeys(ENERGIES, 0.0)  # J
-        self._squeezed = 0.0  # m3
+        self._squeezed = self._flowed_out = self._first_water = 0.0  # m3
         self.rows: list[HistoryRow] = []
 
     def add(
@@ -60,8 +64,15 @@ class PointRows:
         if step is not None:
             dt = time - self.rows[-1].time_s
             self._squeezed += area * float(step.squeezed[0] + step.flowed_out[0])
+            self._flowed_out += area * float(step.flowed_out[0])
             for name in ENERGIES:
                 self._energies[name] += area * float(getattr(step, name)[0])
+        if self._law.has_film:
+            water = area * float((self._law.film_height(state) + state.squeezed_height)[0])
+            if step is None:
+                self._first_water = water
+            melted = water + self._flowed_out - self._first_water
+            self._energies["latent_heat"] = self._scene.ice.solid.melting_enthalpy * melted
         work, *taken = self._energies.values()
         missing = reduce(sub, taken, work)
         pressure = load.pressures.at(time)

@@ -202,7 +202,8 @@ class Film(Table):
     between: Literal["freeze", "drain", "keep"] = key(
         "freeze",
         "What happens to water between passes: it freezes as far as the time allows, it is "
-        "gone, or it stays. With `load.passes`.",
+        "gone, or it stays, and freezes as `film.refreeze` says (without it: all). With "
+        "`load.passes`.",
     )
     voids: Literal["stop", "carry"] = key(
         "stop",

@@ -82,6 +82,25 @@ class Scene(Tables):
         return "area" if self.ice.is_wet and with_ice else "nothing"
 
     @property
+    def rubber_temperature(self) -> float:
+        """Temperature of the rubber at t = 0, K: its own, or that of the ice."""
+        own = self.rubber.temperature
+        return self.ice.temperature if own is None else own
+
+    @property
+    def between(self) -> Literal["drain", "nothing", "film", "all"]:
+        """Which water freezes between passes, or that all of it is gone.
+
+        Water that stays freezes as far as the rest lets it, unless `film.refreeze` says less.
+        Between rows of blocks it stays.
+        """
+        asked = "keep" if self.rubber.rows > 1 else self.film.between
+        if asked == "drain":
+            return "drain"
+        kept = self.film.refreeze if asked == "keep" else "all"
+        return kept if kept == "nothing" or kept == "film" else "all"
+
+    @property
     def water_speed(self) -> float:
         """Speed of water relative to the rubber over the sliding speed: given, or its default."""
         if self.film.water_speed is not None:

@@ -159,10 +159,15 @@ class Rubber(Table):
         "Heat conduction in the rubber: `true` in columns above the contact points, `mesh` on "
         "the mesh of the rubber.",
     )
+    temperature: Annotated[float, Quantity("K", "-80 degC", "80 degC")] | None = key(
+        None,
+        "Temperature of the rubber when it touches the ice. It shifts relaxation, and with "
+        "`rubber.heat` the rubber takes heat or gives it. Without it `ice.temperature`.",
+    )
     plate: Literal["insulated", "held"] = key(
         "insulated",
         'The plate above the rubber, for `rubber.heat = "mesh"`: no heat leaves there '
-        "(`insulated`), or it stays at `ice.temperature` (`held`).",
+        "(`insulated`), or it stays at `rubber.temperature` (`held`).",
     )
     inertia: StrictBool = key(
         False, "`true` gives the rubber its mass (implicit dynamics). `false` is quasi-static."

@@ -186,10 +186,6 @@ RULES = (
     Rule((PASSES, BLOCKS, Is("rubber.wall_friction")), "", '0, or model = "point"'),
     *_passing(PASSES),
     *_passing(ROWS),
-    Rule((PASSES, Is("film.between", ("keep",)), REFREEZES), "",
-         'film.between = "freeze" or "drain"'),
-    Rule((ROWS, REFREEZES), "between rows water is kept",
-         'film.refreeze = "nothing", or load.passes'),
     Rule((ROWS, Is("ice.motion", ("attached",))), "rows need ice that passes below them at one "
          "speed", 'ice.motion = "sliding"'),
     Rule((ROWS, CHANGES), "rows need ice that passes below them at one speed",

@@ -127,14 +127,15 @@ def _water_has_its_frame(scene: Tables) -> None:
 
 
 def _rubber_relaxes_here(scene: Tables) -> None:
-    """Raise ValueError if the time-temperature shift is unknown at the scene's temperature."""
-    relaxation, temperature = scene.rubber.relaxation, scene.ice.temperature
+    """Raise ValueError if the time-temperature shift is unknown at the rubber's temperature."""
+    relaxation, own = scene.rubber.relaxation, scene.rubber.temperature
+    temperature = scene.ice.temperature if own is None else own
     shift = None if relaxation is None else relaxation.shift
     if isinstance(shift, Shift) and not np.isfinite(shift(temperature)):
         given = "dma" if scene.rubber.wlf is None else "wlf"
         raise ValueError(
             f"rubber.{given} has no shift at {celsius(temperature)}, as cold as reference - C2 = "
-            f"{celsius(shift.reference - shift.C2)} or colder; allowed: warmer ice, or "
+            f"{celsius(shift.reference - shift.C2)} or colder; allowed: warmer rubber, or "
             "arrhenius_below and activation_energy"
         )
     measured = scene.rubber.measured

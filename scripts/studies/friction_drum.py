@@ -32,7 +32,7 @@ SHOWN = (1, 2, 3, 10, 50)
 NAMES = {
     "freeze": "water freezes",
     "drain": "water is gone",
-    "keep": "water is kept",
+    "liquid": "water stays liquid",
     "rows": "rows of blocks, 7 ms apart",
 }
 FLUX, TIME, PERIOD = 160e3, 5e-3, 1.0  # W/m2, s, s
@@ -49,7 +49,10 @@ def passes_of(between: str, number: int) -> list[PassRow]:
         rubber = scene.rubber.model_copy(update={"rows": number, "row_pitch": 28e-3})
         scene = scene.model_copy(update={"load": load, "rubber": rubber})
     else:
-        scene = case("friction_drum", f"load.passes={number}", f"film.between={between}")
+        water = [f"film.between={between}"]
+        if between == "liquid":
+            water = ["film.between=keep", "film.refreeze=nothing"]
+        scene = case("friction_drum", f"load.passes={number}", *water)
     point_history(scene, found.append)
     return found
 
@@ -174,7 +177,7 @@ def main() -> None:
             for between, passes in found.items()
         ),
     )
-    for between in ("keep", "rows"):
+    for between in ("liquid", "rows"):
         print(f"\n{NAMES[between]}: {full(found[between])}")
     print_exactness((1, 3) if chosen.quick else (1, 10, 100))
     draw(picture(found), chosen.pictures / "friction_drum.png")

@@ -78,6 +78,9 @@ AHEAD = "nothing has passed over the ice ahead of it"
 DEEP = "ice as deep as heat reaches"
 NOT_COMPUTED = (
     NotComputed(["rubber.heat"], WARM_RUBBER, "all heat goes into the ice", "false"),
+    NotComputed(
+        ["rubber.temperature"], Is("rubber.temperature"), "its tread is as cold as the ice", "none"
+    ),
     NotComputed(["load.passes"], PASSES, AHEAD, "1"),
     NotComputed(["rubber.rows"], ROWS, AHEAD, "1"),
     NotComputed(

@@ -22,9 +22,10 @@ class Row(NamedTuple):
 
 
 _BETWEEN = {
-    "freeze": "between them water freezes as far as the rest lets it",
+    "all": "between them water freezes as far as the rest lets it",
+    "film": "between them films freeze as far as the rest lets it, and other water stays",
     "drain": "between them the water is gone",
-    "keep": "between them the water that stays on the ice is kept",
+    "nothing": "between them the water stays liquid",
 }
 
 
@@ -74,16 +75,16 @@ def surface_before_last(scene: Scene) -> float:
     passes, time = scene_passes(scene), exposure(scene)
     once, brought = single_pass(scene), scene.ice.water
     load = once.load.model_copy(update={"duration": time})
-    water = brought if passes.between == "keep" else 0.0
+    water = brought if passes.between in ("film", "nothing") else 0.0
     ice = once.ice.model_copy(update={"motion": "attached", "water": water})
     last = point_history(once.model_copy(update={"load": load, "ice": ice}))[0][-1]
-    heat = last.friction_work_J if passes.between == "freeze" else last.ice_heat_J
+    heat = last.friction_work_J if passes.between == "all" else last.ice_heat_J
     flux = heat / (scene.rubber.length * scene.rubber.width * time)
     since = passes.period * np.arange(1, passes.number)
     roots = float(np.sum(np.sqrt(since) - np.sqrt(since - time)))
     solid = scene.ice.solid
     rise = 2.0 * flux / (solid.effusivity * np.sqrt(np.pi)) * roots
-    if passes.between == "freeze":
+    if passes.between == "all":
         rise += solid.melting_enthalpy * brought / (solid.effusivity * np.sqrt(np.pi * since[-1]))
     if scene.ice.ground.held is not None:
         layers = scene.ice.ground.stack(scene.ice.solid)

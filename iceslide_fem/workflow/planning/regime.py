@@ -39,7 +39,7 @@ def relaxation_rows(scene: Scene) -> list[Row]:
     relaxation = scene.rubber.relaxation
     if relaxation is None:
         return []
-    modulus, temperature = scene.mooney_rivlin, scene.ice.temperature
+    modulus, temperature = scene.mooney_rivlin, scene.rubber_temperature
     fractions = (
         float(relaxation.modulus(scene.load.duration, temperature)),
         (relaxation.prony.long_term),

@@ -91,13 +91,13 @@ def _shared(scene: Scene) -> tuple[Any, ...]:
     """Key of scenes that can share a call.
 
     It has duration, settings, ground, number of rows and freezing of dry shear, and rubber columns,
-    which start at the ice's temperature.
+    which start at one temperature.
     """
     ice, rubber, strength = scene.ice, scene.rubber, shear_strength(scene)
     heat: tuple[Any, ...] = ()
     if rubber.heat:
         film = scene.film.conductance, scene.water.conductivity
-        heat = ice.temperature, ice.melting_temperature, *rubber.solid, *film
+        heat = scene.rubber_temperature, ice.melting_temperature, *rubber.solid, *film
     below = None if ice.ground == BOTTOMLESS else ice.solid  # one solid for all on it
     rows = 0 if strength is None else len(strength.depth)
     limit = rows, scene.refreeze
@@ -139,7 +139,7 @@ def _together(scenes: list[Scene]) -> list[CaseResult]:
     parts = [scene_conditions(scene) for scene in scenes]
     conditions = Conditions.together(parts)
     times = np.linspace(0.0, scenes[0].load.duration, SAMPLES)
-    work, missing = np.zeros((2, len(scenes)))  # energies, J/m2
+    work, heat = np.zeros((2, len(scenes)))  # J/m2, without latent heat
 
     settings = simulation_settings(scenes[0])
     loading = settings["loading"]
@@ -149,8 +149,7 @@ def _together(scenes: list[Scene]) -> list[CaseResult]:
     def add(record: Record) -> None:
         step, at = record.step, record.places
         work[record.points] += step.friction_work[at]
-        taken = step.ice_heat[at] + step.rubber_heat[at] + step.latent_heat[at]
-        missing[record.points] += step.friction_work[at] - taken
+        heat[record.points] += step.ice_heat[at] + step.rubber_heat[at]
         if heights is not None:
             heights.add(record)
 
@@ -163,6 +162,8 @@ def _together(scenes: list[Scene]) -> list[CaseResult]:
     else:
         height = heights.values
         height[:, -1] = result.film_height
+    melted = result.film_height + result.squeezed_height - conditions.initial_height
+    missing = work - heat - conditions.solid.melting_enthalpy * melted
     wall = (monotonic() - started) / len(scenes)
     outcomes = []
     for i in range(len(scenes)):
