@@ -99,8 +99,7 @@ class OnIce:
         covered, first = self.on_nodes(start, state.age)
         covers, last = self.on_nodes(end, age)
         first, last = first.completed(covered, last), last.completed(covers, first)
-        # Water on uncovered ice also gives its latent heat to the ice when it freezes.
-        meet = covered | covers | self._law.freezes
+        meet = covered | covers | self._law.freezes_open(state)
         area = np.where(meet, grid.cell_area[grid.own], 0.0)
         ice = self.ice.under(Contacts(grid.own_nodes(), area))
         rubber = self.rubber.above(start, end)

@@ -7,6 +7,7 @@ from functools import lru_cache
 import numpy as np
 
 from iceslide_fem.film.integrators import InterfaceState, Loads, advance
+from iceslide_fem.film.loads import MOLTEN
 from iceslide_fem.film.rubber_heat import INSULATED, Insulated, RubberColumns
 from iceslide_fem.film.runge_kutta import Integrator
 from iceslide_fem.interface.film_frame import ContactLoads, Ice, InterfaceStep, Shifted, fresh
@@ -61,6 +62,7 @@ class Attached:
         contacts = self._contacts(start, end)
         cover = ((start.pressure > 0.0) | (end.pressure > 0.0)).astype(float)
         ice, rubber = self.ice.under(contacts), self.rubber.covered(cover)
+        state = self._frozen_where_met(state, contacts)
         warm = rubber.at_contact(state.rubber, ice, state.ice)
         age = self._law.aged(state.age, start.pressure, end.pressure, dt, warm)
         first = self._acting(start, contacts, state.age)
@@ -132,6 +134,14 @@ class Attached:
     def internal_at_points(self, state: InterfaceState, contact: ContactLoads) -> Array:
         """Internal variables of the points."""
         return state.internal
+
+    def _frozen_where_met(self, state: InterfaceState, contacts: Contacts) -> InterfaceState:
+        """The state in which water holds the surface at T_m only where it gives the ice heat."""
+        if self._law.wet is None:
+            return state
+        internal = state.internal.copy()
+        internal[MOLTEN] *= contacts.area > 0.0
+        return state._replace(internal=internal)
 
     def _acting(self, contact: ContactLoads, contacts: Contacts, age: Array) -> Loads:
         """Loads at an end of a step, with the history of the contact there."""
