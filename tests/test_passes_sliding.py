@@ -160,6 +160,29 @@ def test_the_same_on_any_number_of_ranks(heat):
     assert ends[0] == pytest.approx(ends[1], rel=1e-4)
 
 
+@pytest.mark.parametrize("motion", ["attached", "sliding"])
+def test_rubber_keeps_its_heat_between_passes(motion):
+    """Its surface cools by conduction; the next pass begins on warmer rubber."""
+    warm = wet("freeze")
+    rubber = warm.rubber.model_copy(update={"heat": True})
+    ice = warm.ice.model_copy(update={"motion": motion})
+    sliding = started(
+        scene_from_dict(warm.model_copy(update={"rubber": rubber, "ice": ice}).as_dict())
+    )
+    ledger = Ledger(sliding)
+    slid(sliding, ledger)
+    columns = sliding.frame.rubber.column
+    end = sliding.current.interface.rubber
+    sliding.begin_pass()
+    ledger.begin()
+    begin = sliding.current.interface.rubber
+    np.testing.assert_allclose(columns.heat(begin), columns.heat(end), rtol=1e-9, atol=1e-9)
+    rises = [columns.surface_temperature(one) - warm.ice.temperature for one in (end, begin)]
+    assert 0.0 < rises[1].max() < 0.5 * rises[0].max()
+    slid(sliding, ledger)
+    assert abs(ledger.imbalance) < 5e-3
+
+
 def test_ice_enters_as_it_is_at_first_above_a_base_of_another_temperature():
     grid = SurfaceGrid([np.linspace(0.0, 1e-3, 11)], np.arange(11), MPI.COMM_SELF)
     ice = GridColumns(grid, 269.15, 1.0, ground=Ground(1e-3, held=263.15))

@@ -272,6 +272,7 @@ class OnIce:
             squeezed_height=alike(grid, state.squeezed_height, line),
             internal=alike(grid, state.internal, line),
             ice=self.ice.alike(state.ice, line),
+            rubber=self.rubber.cooled(state.rubber, begins.rest.time),
         )
         ice = self.ice.under(Contacts(grid.own_nodes(), grid.cell_area[grid.own]))
         ways = np.array([x[leading] - x[line], x[-1] - x[begin]])

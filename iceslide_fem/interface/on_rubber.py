@@ -124,7 +124,8 @@ class Attached:
         Raises NotConverged.
         """
         ice = self.ice.under(self._contacts(start, start))
-        return begins.after(state, self._law, ice), None
+        rubber = self.rubber.cooled(state.rubber, begins.rest.time)
+        return begins.after(state, self._law, ice)._replace(rubber=rubber), None
 
     @property
     def internal_nodes(self) -> OwnNodes | None:

@@ -194,10 +194,10 @@ def _contact_is_stiff(scene: Tables) -> None:
 
 def _heat_stays_in_the_rubber(scene: Tables) -> None:
     """Raise ValueError if heat reaches the plate of rubber that is taken as a half-space."""
-    needed = scene.rubber.solid.heated_depth(scene.load.duration)
+    needed = scene.rubber.solid.heated_depth(scene.load.heated_for)
     if scene.rubber.heat != "mesh" and scene.rubber.height < needed:
         raise ValueError(
             f"rubber.height = {1e3 * scene.rubber.height:.3g} mm is too thin for rubber.heat = "
             f"true, which takes the rubber as a half-space: heat reaches {1e3 * needed:.3g} mm "
-            "deep within load.duration"
+            f"deep within {'load.duration' if scene.load.passes == 1 else 'all passes'}"
         )
