@@ -64,6 +64,16 @@ def test_a_uniform_line_is_a_point_below_rubber_of_less_density(film, ice, slip)
     assert into_rubber(found, footprint, slip) == pytest.approx(part, rel=3e-3)
 
 
+@pytest.mark.parametrize("celsius", [10.0, -15.0])
+def test_rubber_that_enters_at_its_own_temperature_is_that_of_a_point(celsius):
+    own = HEAT | {"temperature": celsius + 273.15}
+    rows, entries = point_history(scene(own))
+    footprint, found = line(scene(own), 1e-4)
+    assert found.mean_friction(footprint) == pytest.approx(entries["mu_mean"], rel=3e-3)
+    gained = -rows[-1].rubber_heat_J / rows[-1].friction_work_J
+    assert into_rubber(found, footprint) == pytest.approx(-gained, rel=3e-3)
+
+
 def test_at_small_slip_the_pair_of_ice_and_rubber_stays_together():
     """A half-space by convolution: 0.56435, and 0.20745 into the rubber; insulated 0.49484."""
     film = {

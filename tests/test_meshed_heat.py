@@ -186,7 +186,7 @@ def test_ice_that_passes_below_a_band_of_heat():
         for _ in range(parts):  # of the time in which a cell passes
             film = GivenFlux(FLUX * heated)
             heat_state, _ = ice.under(contacts).stage(heat_state, cell / speed / parts, film)
-        heat_state = ice.shifted(heat_state, 1)
+        heat_state = ice.shifted(heat_state, 1, ice.initial(0))
     rise = ice.profile(heat_state).kelvin[0] - T_0
     expected = 2.0 * FLUX * np.sqrt(band / (np.pi * speed)) / ICE.effusivity
     assert expected == pytest.approx(0.963, rel=1e-3)

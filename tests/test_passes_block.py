@@ -126,7 +126,8 @@ def test_energies_count_from_the_beginning_of_a_pass():
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        (["ice.motion=sliding"], "ice.motion"),
+        (["ice.motion=sliding", "load.duration=0.2ms"], "too short for load.passes"),
+        (["ice.motion=sliding", "film.carrier=rubber"], "film.carrier"),
         (["rubber.wall_friction=0.3"], "wall_friction"),
         (["load.speed=[['0 ms', '3 m/s'], ['0.5 ms', '1 m/s']]"], "rows of load"),
         (["load.passes=1", "load.period=none"], "load.period"),

@@ -90,7 +90,7 @@ def test_band_source(kind, length, speed):
         flux = grid.scatter(np.full(n, q * length / n), grid.place(middle)) / grid.cell_area
         heat_state, _ = below_nodes.stage(heat_state, dt, given_flux(flux[grid.own]))
         coldest = min(coldest, float(np.min(below_nodes.surface_temperature(heat_state) - T_0)))
-        heat_state = ice.shifted(heat_state, 1)
+        heat_state = ice.shifted(heat_state, 1, ice.initial(n))
     rise = grid.allgather(below_nodes.surface_temperature(heat_state) - T_0)
     below = grid.interpolate(rise, grid.place(points))
     expected = band_source_rise(q, length, speed)

@@ -57,6 +57,7 @@ MADE = {
     "film.dry_softens": ("film.dry_stress=2bar", "film.dry_softening=10"),
     "film.conductance": "film.conductance=1e5",
     "ice.is_wet": "ice.water=20um",
+    "ice.water_has_rows": "ice.water=[[0, 1e-6], [1, 2e-6]]",
     "ice.has_rows": "ice.conductivity=[[250, 2.4], [270, 2.2]]",
     "ice.heat": "ice.heat=column",
     "water.table": "water.viscosity=[[272, 1.9e-3], [274, 1.7e-3]]",

@@ -46,7 +46,7 @@ def mu(sliding):
 
 @pytest.mark.mpi
 def test_kept_water_is_handed_on_to_the_last_drop():
-    sliding = slid(started(scene("keep"), MPI.COMM_WORLD))
+    sliding = slid(started(scene("keep", refreeze="nothing"), MPI.COMM_WORLD))
     before = sliding.current.interface
     sliding.begin_pass()
     after = sliding.current.interface

@@ -121,7 +121,7 @@ class Acceptance:
             after = after._replace(interface=moved, mechanics=mechanics)
         drained = self._drainage.after(start, after, subcycles, wiped)
         distance = start.sliding_distance + (loads.offset - start.loads.offset)
-        shifted = frame.shift_window(drained.interface, loads.offset, distance)
+        shifted = frame.shift_window(drained.interface, loads.offset, distance, start.ahead)
         if shifted.offset != loads.offset:  # else the next step reuses their caches
             loads = replace(loads, offset=shifted.offset)
         after = after._replace(

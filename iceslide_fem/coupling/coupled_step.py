@@ -248,6 +248,7 @@ class CoupledStep:
             relaxation.relaxed,
             stick_points,
             start.stuck or shearing.some,
+            ahead=start.ahead,
         )
         errors = mismatch, drift, film.nonlinearity, velocity_error, delay
         factor = float(step_factor(max(errors), 2))

@@ -21,6 +21,7 @@ from iceslide_fem.rubber.viscoelasticity import Relaxed
 from iceslide_fem.runtime.arrays import Array
 
 MOVES = ("displacements", "velocity", "acceleration")  # fields of Motion, at the nodes
+AHEAD = "ahead_"  # prefix of the tables of the ice that enters
 
 
 class Layouts(NamedTuple):
@@ -87,7 +88,6 @@ def checkpoint_tables(sliding: Sliding) -> dict[str, Any]:
     layouts, dim = layouts_of(block, frame), block.rubber.mesh.geometry.dim
     state, motion = now.interface, now.motion._asdict()
     nodes = {"start": now.start} | {name: motion[name] for name in MOVES}
-    films = {"log_height": state.log_height, "squeezed_height": state.squeezed_height}
     return {
         "time": now.time,
         "pass": sliding.number,
@@ -106,9 +106,8 @@ def checkpoint_tables(sliding: Sliding) -> dict[str, Any]:
             {"speed": now.speed, "shear": now.shear}
             | ({"age": state.age} if len(state.age) else {})
         ),
-        "films": layouts.films.kept(films),
-        "memory": layouts.internal.kept({"memory": state.internal} if len(state.internal) else {}),
-        "ice": layouts.ice.kept(frame.ice.saved(state.ice)),
+        **_saved_ice(layouts, frame, state, ""),
+        **({} if now.ahead is None else _saved_ice(layouts, frame, now.ahead, AHEAD)),
         "rubber": layouts.rubber.kept(frame.rubber.saved(state.rubber)),
         "walls": layouts.self_contact.kept(_saved_stick_points(block, now.stick_points)),
         "relaxed_for": 0.0 if now.relaxed is None else now.relaxed.span,
@@ -137,8 +136,8 @@ def resumed(
     sliding.number = state.get("pass", 1)
     frame = sliding.frame
     layouts = layouts_of(block, frame)
-    points, films = layouts.points.own(kept("points")), layouts.films.own(kept("films"))
-    internal = layouts.internal.own(kept("memory"))
+    points = layouts.points.own(kept("points"))
+    interface = _restored_ice(layouts, frame, kept, "")
     stick_points = None
     if block.rubber.self_contact is not None and block.stick_points is not None:
         stick_points = block.rubber.self_contact.restored(layouts.self_contact.own(kept("walls")))
@@ -153,13 +152,9 @@ def resumed(
             speed=points["speed"],
             shear=points["shear"],
             offset=state["offset"],
-            interface=InterfaceState(
-                films["log_height"],
-                films["squeezed_height"],
-                frame.ice.restored(layouts.ice.own(kept("ice"))),
-                frame.rubber.restored(layouts.rubber.own(kept("rubber"))),
-                internal["memory"] if internal else np.zeros((0, films["log_height"].size)),
-                points.get("age", np.zeros((0, points["speed"].size))),
+            interface=interface._replace(
+                rubber=frame.rubber.restored(layouts.rubber.own(kept("rubber"))),
+                age=points.get("age", np.zeros((0, points["speed"].size))),
             ),
             quiescent=state["steady"],
             sliding_distance=state["way"],
@@ -170,9 +165,37 @@ def resumed(
             relaxed=_restored_relaxed(
                 block, state.get("relaxed_for", 0.0), nodes["displacements"], relaxed
             ),
+            ahead=_restored_ice(layouts, frame, kept, AHEAD) if f"{AHEAD}ice" in state else None,
         )
     )
     return sliding
+
+
+def _saved_ice(
+    layouts: Layouts, frame: FilmFrame, state: InterfaceState, prefix: str
+) -> dict[str, Any]:
+    """Tables of the films and the ice of a `state`, their names with a `prefix`. Collective."""
+    films = {"log_height": state.log_height, "squeezed_height": state.squeezed_height}
+    internal = {"memory": state.internal} if len(state.internal) else {}
+    return {
+        f"{prefix}films": layouts.films.kept(films),
+        f"{prefix}memory": layouts.internal.kept(internal),
+        f"{prefix}ice": layouts.ice.kept(frame.ice.saved(state.ice)),
+    }
+
+
+def _restored_ice(
+    layouts: Layouts, frame: FilmFrame, kept: Callable[[str], Iterator[Arrays]], prefix: str
+) -> InterfaceState:
+    """Films and ice of the tables of `_saved_ice`. Collective."""
+    films = layouts.films.own(kept(f"{prefix}films"))
+    internal = layouts.internal.own(kept(f"{prefix}memory"))
+    return InterfaceState(
+        films["log_height"],
+        films["squeezed_height"],
+        frame.ice.restored(layouts.ice.own(kept(f"{prefix}ice"))),
+        internal=internal["memory"] if internal else np.zeros((0, films["log_height"].size)),
+    )
 
 
 def _saved_relaxed(relaxed: Relaxed | None) -> Arrays:

@@ -19,7 +19,6 @@ from iceslide_fem.coupling.step_error import LIMITS, StepError, StepLimits, Step
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.interface.build import film_frame_of
 from iceslide_fem.interface.film_frame import ContactLoads
-from iceslide_fem.interface.on_rubber import Attached
 from iceslide_fem.interface.resting import PassBegin, Rest
 from iceslide_fem.mesh.ice import cells_in_a_step
 from iceslide_fem.rubber.block import Block
@@ -77,7 +76,9 @@ class Sliding:
         self._start = block.rubber.u.x.array.copy()
         self.current = self._at_rest(0.0, interface)
 
-    def _at_rest(self, time: float, interface: InterfaceState) -> CoupledState:
+    def _at_rest(
+        self, time: float, interface: InterfaceState, ahead: InterfaceState | None = None
+    ) -> CoupledState:
         """The state of a pass that begins at `time` (s), at present displacements. Collective."""
         block, loads = self.block, self._plate.first_loads()
         interface, stored, *_ = self._drainage.begun(interface, loads)
@@ -98,6 +99,7 @@ class Sliding:
             stick_points=block.stick_points,
             largest_friction_force=mechanics.friction_force,
             stored=stored,
+            ahead=ahead,
         )
 
     @property
@@ -119,11 +121,10 @@ class Sliding:
     def begin_pass(self) -> None:
         """Let the ice rest, and begin the next pass.
 
-        The block is again in its state of t = 0; the ice keeps its state. Collective. Raises
-        SimulationStopped if the block has no equilibrium there.
+        The block is again in its state of t = 0; the ice keeps its state (`FilmFrame.rested`).
+        Collective. Raises SimulationStopped if the block has no equilibrium there.
         """
         block, scene, frame = self.block, self.block.scene, self.frame
-        assert isinstance(frame, Attached)  # only attached ice has passes
         block.rubber.u.x.array[:] = self._start
         block.equilibrium.forget()
         self._relaxing.begin_at_once()
@@ -132,7 +133,8 @@ class Sliding:
         begins = PassBegin(rest, scene.initial_height, scene.ice.solid, block.surface.comm)
         speed = np.full(block.surface.weights.shape, scene.load.speeds.first)
         try:
-            interface = frame.rested(self.current.interface, loads, begins)
+            now = self.current
+            interface, ahead = frame.rested(now.interface, now.loads, loads, begins)
             sheared = frame.sheared(interface, loads)
             law = block.sliding(sheared, lambda _: (speed, 0.0))
             block.balance(law, friction=block.friction_force(sheared))
@@ -141,7 +143,7 @@ class Sliding:
                 f"the run stops at the beginning of pass {self.number + 1}: the block finds no "
                 f"equilibrium on the ice that pass {self.number} has left ({reason})"
             ) from reason
-        self.current = self._at_rest(self._end, interface)
+        self.current = self._at_rest(self._end, interface, ahead)
         self.number += 1
         self._dt = self._film_dt = self._first_step
 
@@ -165,6 +167,7 @@ class Sliding:
             stuck=now.stuck,
             relaxed=now.relaxed,
             stored=now.stored,
+            ahead=now.ahead,
         )
 
     def restore(self, state: CheckpointState) -> None:
@@ -190,6 +193,7 @@ class Sliding:
             sliding_distance=state.sliding_distance,
             largest_friction_force=state.largest_friction_force,
             stored=state.stored,
+            ahead=state.ahead,
         )
         self._dt, self._film_dt = state.dt, state.film_dt
 

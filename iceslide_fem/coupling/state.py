@@ -41,7 +41,7 @@ class CoupledState(NamedTuple):
     stick_points: of self-contact, None without friction; stuck: whether points have stuck to the
     ice since the pass began; sliding_distance: of the block over ice since t = 0, m;
     largest_friction_force: since t = 0, N; stored: water in the sipes, (sipes,), m3 (m2 in a
-    slice).
+    slice); ahead: a window of the ice that enters, None for that of the scene.
     """
 
     time: float
@@ -58,6 +58,7 @@ class CoupledState(NamedTuple):
     sliding_distance: float = 0.0
     largest_friction_force: float = 0.0
     stored: Array = np.zeros(0)
+    ahead: InterfaceState | None = None
 
 
 class CheckpointState(NamedTuple):
@@ -84,6 +85,7 @@ class CheckpointState(NamedTuple):
     stuck: bool
     relaxed: Relaxed | None
     stored: Array
+    ahead: InterfaceState | None
 
 
 class AcceptedStep(NamedTuple):

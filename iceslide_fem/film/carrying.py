@@ -110,7 +110,7 @@ class Carried(NamedTuple):
 
     def begun(self, water: Array, molten: Mask) -> Carried:
         """The voids in a step that begins with `water` (m), where the ice was `molten` or not."""
-        return self._replace(at_melting=(molten & (self.pressure > 0.0)) | self.wet(water))
+        return self._replace(at_melting=molten | self.wet(water))
 
     def meets_cold_ice(self, step: Step, ice: IceHeat) -> Mask:
         """Where water meets ice below T_m in the `step`, (n,).
@@ -243,17 +243,22 @@ class Beside(NamedTuple):
         depth = water / carried.flows
         out = carried.voids.outflow(shared.borne, depth, carried.viscosity) / carried.flows
         wet, phase, left = np.zeros(warms.shape, dtype=bool), None, self.water
+        last, gives = wet, warms
         if self.by_area:
             assert carried.at_melting is not None
+            # On open ice the last water freezes in a stage: its latent heat is all that it gives.
+            gives = ice.solid.melting_enthalpy * np.maximum(self.water, 0.0) / self.dt
+            last = carried.at_melting & (carried.pressure <= 0.0) & (gives <= ice.melted_flux)
             # A film without strength cannot freeze where nothing slides: its water feeds the ice.
             slides = (self.speed != 0.0) | self.films_freeze
-            wet = carried.at_melting & (slides | (water > 0.0))
+            wet = carried.at_melting & ~last & (slides | (water > 0.0))
             of_films = np.where(slides, 1.0 - (1.0 - shared.k) * shared.filled, 0.0)
             share = np.where(wet, np.minimum(carried.cover, 1.0) * of_films, 1.0)
             freezes = Phase(share=share).of_voids(ice) - np.where(wet, warms, 0.0)
             left = np.maximum(left - self.dt / ice.solid.melting_enthalpy * freezes, 0.0)
+            left = np.where(last, 0.0, left)
             phase = Phase(np.where(wet, left, 0.0), share, wet | self.films_freeze)
-        into_ice = np.where(wet, 0.0, warms)
+        into_ice = np.where(last, gives, np.where(wet, 0.0, warms))
         above = ice._replace(
             offset=ice.offset + ice.resistance * into_ice, melted_flux=ice.melted_flux - into_ice
         )

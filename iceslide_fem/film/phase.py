@@ -19,6 +19,9 @@ because the ice below full voids is wet, and that below empty ones is not:
 
 q_a: friction heat of the asperities; q_r: heat into the rubber; q_w: heat of the sheared water in
 the voids. When the film is gone the water in the voids feeds the rest.
+
+Where rubber has left the ice nothing slides. The water feeds all of the flux there, and then the
+film, unless shear is viscous. Water on ice that no rubber has met is the scene's, and stays.
 """
 
 from __future__ import annotations

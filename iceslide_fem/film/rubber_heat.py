@@ -199,6 +199,10 @@ class Insulated:
         """No heat state."""
         return saved["rise"]
 
+    def cooled(self, heat_state: Array, time: float) -> Array:
+        """No heat state."""
+        return heat_state
+
     def covered(self, cover: Array) -> Insulated:
         """The same."""
         return self
@@ -275,6 +279,10 @@ class RubberColumns:
     def restored(self, saved: Mapping[str, Array]) -> Array:
         """Heat state from `saved` arrays, also those of a shorter run."""
         return self.column.restored(saved)
+
+    def cooled(self, heat_state: Array, time: float) -> Array:
+        """Heat state after a `time` (s) without contact, in which no air takes heat."""
+        return self.column.cooled(heat_state, np.full(heat_state.shape[-1], time))
 
     def covered(self, cover: Array) -> RubberColumns:
         """The same columns with contact (`cover` 1) or without (0) at each point, (n,)."""

@@ -193,6 +193,8 @@ def _sliding(block: Block, duration: Array) -> OnRubber | OnIce:
     _, footprint = _footprint(block)
     lines = window_lines(scene, footprint)
     heated = heating_times(scene, float(np.ptp(lines[0])), duration)
+    if scene.load.passes > 1:  # heat spreads in the ice until the last of them
+        heated = np.array([heated[0], duration[1]])
     if scene.rubber.heat == "mesh":
         grid, settings = SurfaceGrid.shared(lines, block.surface.comm), settings_of(block, heated)
         equation, above = equation_of(block, lines, heated), meshed_rubber(block)

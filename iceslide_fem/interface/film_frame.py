@@ -26,6 +26,7 @@ from iceslide_fem.film.integrators import InterfaceState, Loads, Step
 from iceslide_fem.film.rubber_heat import RubberHeat
 from iceslide_fem.film.runge_kutta import Integrator
 from iceslide_fem.heat.equation import HeatEquation
+from iceslide_fem.interface.resting import PassBegin
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Profile
 from iceslide_fem.laws.protocol import InterfaceLaw, Sheared
 from iceslide_fem.runtime.arrays import Array, Index, Mask
@@ -244,10 +245,25 @@ class FilmFrame(Protocol):
     def water_areas(self, contact: ContactLoads) -> tuple[Array, Array]:
         """Area of each film's squeezed-out water below the rubber, and beside it, m2."""
 
-    def shift_window(self, state: InterfaceState, offset: float, distance: float) -> Shifted:
+    def shift_window(
+        self,
+        state: InterfaceState,
+        offset: float,
+        distance: float,
+        ahead: InterfaceState | None = None,
+    ) -> Shifted:
         """State and offset after the window has caught up with the block by whole cells.
 
-        `distance`: of the block over the ice since t = 0, m.
+        distance: of the block over the ice since t = 0, m; ahead: a window of the ice that enters,
+        None for that of the scene.
+        """
+
+    def rested(
+        self, state: InterfaceState, end: ContactLoads, start: ContactLoads, begins: PassBegin
+    ) -> tuple[InterfaceState, InterfaceState | None]:
+        """State at the start of the next pass, and a window of the ice `ahead` of it. Collective.
+
+        state, end: at the end of the last pass; start: of the next one. Raises NotConverged.
         """
 
 

@@ -18,7 +18,7 @@ from iceslide_fem.interface.film_frame import Unmeshed
 from iceslide_fem.interface.ice_modes import StageSurface
 from iceslide_fem.interface.ice_surface import IceSurface
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Profile, SurfaceGrid
-from iceslide_fem.interface.window import shifted
+from iceslide_fem.interface.window import alike, shifted
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import BOTTOMLESS, ICE, Ground, Solid
 
@@ -94,9 +94,13 @@ class GridColumns(Unmeshed, Column):
         """Cold ice below this rank's nodes, whatever the number of points."""
         return super().initial(self.grid.own.size)
 
-    def shifted(self, heat_state: Array, cells: int) -> Array:
-        """Heat state after the window moves `cells` cells in +x: fresh ice enters. Collective."""
-        return shifted(self.grid, heat_state, cells)
+    def shifted(self, heat_state: Array, cells: int, ahead: Array) -> Array:
+        """Heat state after the window moves `cells` cells in +x over ice `ahead`. Collective."""
+        return shifted(self.grid, heat_state, cells, ahead)
+
+    def alike(self, heat_state: Array, line: int) -> Array:
+        """Heat state of ice that is everywhere along x as at a `line`. Collective."""
+        return alike(self.grid, heat_state, line)
 
 
 class GridColumnsUnderPoints(GridColumns):

@@ -83,12 +83,17 @@ class Continuum(Unmeshed):
         """Temperature at the points (K), shape (n,)."""
         return self.grid.interpolate(self._at_surface(heat_state).ravel(), self._surface.at)
 
-    def shifted(self, heat_state: Array, cells: int) -> Array:
-        """Heat state after the window has moved `cells` cells in +x: fresh ice enters."""
-        columns = self.modes.values(heat_state)
-        moved = np.zeros_like(columns)
+    def shifted(self, heat_state: Array, cells: int, ahead: Array) -> Array:
+        """Heat state after the window has moved `cells` cells in +x over ice `ahead`."""
+        columns, moved = self.modes.values(heat_state), self.modes.values(ahead)
         moved[:, : columns.shape[1] - cells] = columns[:, cells:]
         return self.modes.amplitudes(moved)
+
+    def alike(self, heat_state: Array, line: int) -> Array:
+        """Heat state of ice that is everywhere along x as at a `line` of the grid."""
+        columns = self.modes.values(heat_state)
+        columns[:] = columns[:, line : line + 1]
+        return self.modes.amplitudes(columns)
 
     def stage(self, start: Array, dt: Array | float, film: Film) -> tuple[Array, FilmStage]:
         """Solve capacity (T - T_start) / dt + conduction T = heat from the film. Collective.

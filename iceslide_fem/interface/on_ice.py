@@ -10,9 +10,19 @@ from iceslide_fem.film.loads import FilmLoads
 from iceslide_fem.film.runge_kutta import Integrator
 from iceslide_fem.interface.film_frame import ContactLoads, InterfaceStep, Shifted, fresh
 from iceslide_fem.interface.moving_water import HALF, by_cells, flowing
+from iceslide_fem.interface.resting import PassBegin
 from iceslide_fem.interface.rubber_mesh import InsulatedOverGrid, RubberOverGrid
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Recent
-from iceslide_fem.interface.window import RECENT, PassingIce, place, reaches, shifted, whole_cells
+from iceslide_fem.interface.window import (
+    RECENT,
+    PassingIce,
+    alike,
+    covered_lines,
+    place,
+    reaches,
+    shifted,
+    whole_cells,
+)
 from iceslide_fem.laws.film import YOUNG, FilmLaw
 from iceslide_fem.laws.protocol import Sheared
 from iceslide_fem.runtime.arrays import Array, Index, Mask
@@ -63,11 +73,16 @@ class OnIce:
 
     def start(self, film_height: float, n_points: int) -> InterfaceState:
         """Films of the initial height (m) on cold ice under `n_points` of cold rubber."""
+        state = self._untouched(film_height, 0.0)
+        age = self._law.untouched(n_points)
+        return state._replace(rubber=self.rubber.initial(n_points), age=age)
+
+    def _untouched(self, film_height: float, distance: float) -> InterfaceState:
+        """A window of the scene's ice after a `distance` (m), with films of the height (m)."""
         n = self.ice.grid.own.size
-        heat_states = self.ice.initial(n), self.rubber.initial(n_points)
-        water = self._law.brought(self._x)[self.ice.grid.own]
-        state = fresh(self._law, film_height, n, *heat_states)
-        return state._replace(squeezed_height=water, age=self._law.untouched(n_points))
+        water = self._law.brought(self._x + distance)[self.ice.grid.own]
+        state = fresh(self._law, film_height, n, self.ice.initial(n), np.zeros((0, 0)))
+        return state._replace(squeezed_height=water)
 
     def advance(
         self,
@@ -84,8 +99,7 @@ class OnIce:
         covered, first = self.on_nodes(start, state.age)
         covers, last = self.on_nodes(end, age)
         first, last = first.completed(covered, last), last.completed(covers, first)
-        # Water on uncovered ice also gives its latent heat to the ice when it freezes.
-        meet = covered | covers | self._law.freezes
+        meet = covered | covers | self._law.freezes_open(state)
         area = np.where(meet, grid.cell_area[grid.own], 0.0)
         ice = self.ice.under(Contacts(grid.own_nodes(), area))
         rubber = self.rubber.above(start, end)
@@ -211,15 +225,21 @@ class OnIce:
         grid = self.ice.grid
         return np.asarray(grid.scatter(contact.touching, place(grid, contact)) / grid.cell_area)
 
-    def shift_window(self, state: InterfaceState, offset: float, distance: float) -> Shifted:
+    def shift_window(
+        self,
+        state: InterfaceState,
+        offset: float,
+        distance: float,
+        ahead: InterfaceState | None = None,
+    ) -> Shifted:
         """Shift ice and films together; leaving ice takes its water along. Collective."""
         grid = self.ice.grid
         cells, rest = whole_cells(grid, offset)
         if cells == 0:
             return Shifted(state, offset)
-        fresh_height, _, _ = self._law.initial(self._fresh_height, 1)
+        ahead = ahead or self._untouched(self._fresh_height, distance - rest)
         before, column = grid.allgather(state.squeezed_height), grid.n_nodes // grid.shape[0]
-        water = self._law.brought(self._x + distance - rest)
+        water = grid.allgather(ahead.squeezed_height)
         water[: -cells * column] = before[cells * column :]
         # The window ends in the middle of the last cells; the other half enters, too.
         entered, last = slice(-cells * column, None), slice(-column, None)
@@ -227,14 +247,41 @@ class OnIce:
         brought = float(grid.cell_area[entered] @ water[entered] + rest_of_cells @ before[last])
         left = float(grid.cell_area @ (before - water)) + brought
         after = InterfaceState(
-            shifted(grid, state.log_height, cells, float(fresh_height[0])),
+            shifted(grid, state.log_height, cells, ahead.log_height),
             water[grid.own],
-            self.ice.shifted(state.ice, cells),
+            self.ice.shifted(state.ice, cells, ahead.ice),
             state.rubber,
-            shifted(grid, state.internal, cells, list(self._law.internal_at_start)),
+            shifted(grid, state.internal, cells, ahead.internal),
             state.age,
         )
         return Shifted(after, rest, left, brought)
+
+    def rested(
+        self, state: InterfaceState, end: ContactLoads, start: ContactLoads, begins: PassBegin
+    ) -> tuple[InterfaceState, InterfaceState]:
+        """State at the start of the next pass, and a window of the ice that enters. Collective.
+
+        All ice is as that which the rubber has left last, from the start of its pass for one
+        period. What enters has rested for less by its way to the leading edge. Raises NotConverged.
+        """
+        grid, law, x = self.ice.grid, self._law, self.ice.grid.lines[0]
+        (trailing, leading), (_, begin) = (covered_lines(grid, one) for one in (end, start))
+        line = trailing - 1
+        left = state._replace(
+            log_height=alike(grid, state.log_height, line),
+            squeezed_height=alike(grid, state.squeezed_height, line),
+            internal=alike(grid, state.internal, line),
+            ice=self.ice.alike(state.ice, line),
+            rubber=self.rubber.cooled(state.rubber, begins.rest.time),
+        )
+        ice = self.ice.under(Contacts(grid.own_nodes(), grid.cell_area[grid.own]))
+        ways = np.array([x[leading] - x[line], x[-1] - x[begin]])
+        passed, enters = (ways / law.first.speed).tolist()
+        rest = begins.rest.after(passed)
+        at_start, ahead = (
+            begins._replace(rest=one).after(left, law, ice) for one in (rest, rest.shorter(enters))
+        )
+        return at_start, ahead
 
     @property
     def _x(self) -> Array:

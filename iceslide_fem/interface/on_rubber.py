@@ -7,6 +7,7 @@ from functools import lru_cache
 import numpy as np
 
 from iceslide_fem.film.integrators import InterfaceState, Loads, advance
+from iceslide_fem.film.loads import MOLTEN
 from iceslide_fem.film.rubber_heat import INSULATED, Insulated, RubberColumns
 from iceslide_fem.film.runge_kutta import Integrator
 from iceslide_fem.interface.film_frame import ContactLoads, Ice, InterfaceStep, Shifted, fresh
@@ -61,6 +62,7 @@ class Attached:
         contacts = self._contacts(start, end)
         cover = ((start.pressure > 0.0) | (end.pressure > 0.0)).astype(float)
         ice, rubber = self.ice.under(contacts), self.rubber.covered(cover)
+        state = self._frozen_where_met(state, contacts)
         warm = rubber.at_contact(state.rubber, ice, state.ice)
         age = self._law.aged(state.age, start.pressure, end.pressure, dt, warm)
         first = self._acting(start, contacts, state.age)
@@ -104,18 +106,26 @@ class Attached:
         """The area of the points, and zero beside the rubber."""
         return contact.area, np.zeros_like(contact.area)
 
-    def shift_window(self, state: InterfaceState, offset: float, distance: float) -> Shifted:
+    def shift_window(
+        self,
+        state: InterfaceState,
+        offset: float,
+        distance: float,
+        ahead: InterfaceState | None = None,
+    ) -> Shifted:
         """The state unchanged: attached ice has no window."""
         return Shifted(state, 0.0)
 
     def rested(
-        self, state: InterfaceState, contact: ContactLoads, begins: PassBegin
-    ) -> InterfaceState:
-        """State at the start of the next pass, under the points of `contact`. Collective.
+        self, state: InterfaceState, end: ContactLoads, start: ContactLoads, begins: PassBegin
+    ) -> tuple[InterfaceState, None]:
+        """State at the start of the next pass; no other ice enters. Collective.
 
         Raises NotConverged.
         """
-        return begins.after(state, self._law, self.ice.under(self._contacts(contact, contact)))
+        ice = self.ice.under(self._contacts(start, start))
+        rubber = self.rubber.cooled(state.rubber, begins.rest.time)
+        return begins.after(state, self._law, ice)._replace(rubber=rubber), None
 
     @property
     def internal_nodes(self) -> OwnNodes | None:
@@ -125,6 +135,14 @@ class Attached:
     def internal_at_points(self, state: InterfaceState, contact: ContactLoads) -> Array:
         """Internal variables of the points."""
         return state.internal
+
+    def _frozen_where_met(self, state: InterfaceState, contacts: Contacts) -> InterfaceState:
+        """The state in which water holds the surface at T_m only where it gives the ice heat."""
+        if self._law.wet is None:
+            return state
+        internal = state.internal.copy()
+        internal[MOLTEN] *= contacts.area > 0.0
+        return state._replace(internal=internal)
 
     def _acting(self, contact: ContactLoads, contacts: Contacts, age: Array) -> Loads:
         """Loads at an end of a step, with the history of the contact there."""
@@ -195,12 +213,22 @@ class OnRubber(Attached):
         """Whether the window is below all touching points."""
         return reaches(self.ice.grid, contact)
 
-    def shift_window(self, state: InterfaceState, offset: float, distance: float) -> Shifted:
+    def shift_window(
+        self,
+        state: InterfaceState,
+        offset: float,
+        distance: float,
+        ahead: InterfaceState | None = None,
+    ) -> Shifted:
         """Shift the ice; the films stay with the rubber. Collective."""
         cells, rest = whole_cells(self.ice.grid, offset)
         if cells == 0:
             return Shifted(state, offset)
-        return Shifted(state._replace(ice=self.ice.shifted(state.ice, cells)), rest)
+        return Shifted(self._over_fresh_ice(state, cells), rest)
+
+    def _over_fresh_ice(self, state: InterfaceState, cells: int) -> InterfaceState:
+        fresh = self.ice.initial(state.log_height.size)
+        return state._replace(ice=self.ice.shifted(state.ice, cells, fresh))
 
     def _contacts(self, start: ContactLoads, end: ContactLoads) -> Contacts:
         return passed_over(self.ice.grid, start, end)

@@ -48,13 +48,21 @@ class _Passing(MeshedIce):
         below = grid.scatter(heat, grid.place(ice.x[:, :-1])) / grid.cell_area
         return Profile(np.zeros(1), self._settings.temperature + rise[None], below, grid)
 
-    def shifted(self, heat_state: Array, cells: int) -> Array:
-        """Heat state after the window moves `cells` cells in +x: fresh ice enters. Collective."""
+    def shifted(self, heat_state: Array, cells: int, ahead: Array) -> Array:
+        """Heat state after the window moves `cells` cells in +x over ice `ahead`. Collective."""
         ice, *others = self._bodies.parts(heat_state)
-        fresh = self.equation.initial()
+        enters = self._bodies.parts(ahead)[0]
         for _ in range(cells):
-            ice = fresh + product(self._shift, ice - fresh)
+            ice = enters + product(self._shift, ice - enters)
         return np.concatenate([ice, *others])
+
+    def alike(self, heat_state: Array, line: int) -> Array:
+        """Heat state of ice that is everywhere along x as at a `line` of the grid. Collective."""
+        ice, *others = self._bodies.parts(heat_state)
+        places = self.equation.x.copy()
+        places[:, 0] = self.grid.lines[0][line]
+        copied = taking(self.equation, numbers_at(self.equation, places))
+        return np.concatenate([product(copied, ice), *others])
 
 
 class PassingMeshedIce(_Passing):

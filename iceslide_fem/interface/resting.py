@@ -33,6 +33,14 @@ class Rest(NamedTuple):
     heated: float
     between: Between
 
+    def after(self, passed: float) -> Rest:
+        """The rest of ice that the rubber met `passed` (s) before it rests, and meets again."""
+        return self._replace(time=self.time + self.heated - passed, heated=passed)
+
+    def shorter(self, time: float) -> Rest:
+        """A rest that ends a `time` (s) earlier."""
+        return self._replace(time=max(self.time - time, 0.0))
+
 
 class RestingWater(NamedTuple):
     """Water of the height `water` (m), (n,), without rubber, in an implicit stage of `dt` (s).

@@ -58,16 +58,21 @@ class UserLawOnIce(OnRubber):
         contacts = Contacts(place(self.ice.grid, contact), contact.touching)
         return Nodes(self.ice.grid, contacts).at_points(state.internal)
 
-    def shift_window(self, state: InterfaceState, offset: float, distance: float) -> Shifted:
+    def shift_window(
+        self,
+        state: InterfaceState,
+        offset: float,
+        distance: float,
+        ahead: InterfaceState | None = None,
+    ) -> Shifted:
         """Shift the ice with its variables. Collective."""
         grid = self.ice.grid
         cells, rest = whole_cells(grid, offset)
         if cells == 0:
             return Shifted(state, offset)
-        internal = shifted(grid, state.internal, cells, list(self._law.internal_at_start))
-        return Shifted(
-            state._replace(ice=self.ice.shifted(state.ice, cells), internal=internal), rest
-        )
+        first = np.array(self._law.internal_at_start)[:, None]
+        internal = shifted(grid, state.internal, cells, first)
+        return Shifted(self._over_fresh_ice(state, cells)._replace(internal=internal), rest)
 
     def _acting(self, contact: ContactLoads, contacts: Contacts, age: Array) -> UserLoads:
         loads = self._law.loads(contact.pressure, contact.speed, age)

@@ -26,8 +26,14 @@ class PassingIce(Ice, Protocol):
 
     grid: SurfaceGrid
 
-    def shifted(self, heat_state: Array, cells: int) -> Array:
-        """Heat state after the window moves `cells` cells in +x: fresh ice enters. Collective."""
+    def shifted(self, heat_state: Array, cells: int, ahead: Array) -> Array:
+        """Heat state after the window moves `cells` cells in +x. Collective.
+
+        ahead: heat state of a window of the ice that enters.
+        """
+
+    def alike(self, heat_state: Array, line: int) -> Array:
+        """Heat state of ice that is everywhere along x as at a `line` of the grid. Collective."""
 
 
 def on_window(contact: ContactLoads) -> Array:
@@ -68,14 +74,25 @@ def whole_cells(grid: SurfaceGrid, offset: float) -> tuple[int, float]:
     return cells, offset - cells * cell
 
 
-def shifted(grid: SurfaceGrid, own: Array, cells: int, fresh: ArrayLike = 0.0) -> Array:
-    """Values (..., own) at this rank's nodes after the window moves `cells` cells in +x.
+def shifted(grid: SurfaceGrid, own: Array, cells: int, ahead: ArrayLike) -> Array:
+    """Values (..., own) of this rank's nodes after a shift by `cells`. Collective.
 
-    Entering ice has the values `fresh`, a scalar or (...,). Collective.
+    ahead: values of a window of the ice that enters, which broadcast to (..., own).
     """
     nodes = grid.allgather(own)
-    step = cells * (grid.n_nodes // grid.shape[0])  # nodes are numbered along x last
-    moved = np.empty_like(nodes)
-    moved[..., -step:] = np.expand_dims(fresh, -1)
-    moved[..., :-step] = nodes[..., step:]
-    return np.asarray(moved[..., grid.own])
+    behind = grid.own + cells * (grid.n_nodes // grid.shape[0])  # nodes are numbered along x last
+    moved = nodes[..., np.minimum(behind, grid.n_nodes - 1)]
+    return np.where(behind < grid.n_nodes, moved, ahead)
+
+
+def alike(grid: SurfaceGrid, own: Array, line: int) -> Array:
+    """Values (..., own) of this rank's nodes, everywhere along x as at a `line`. Collective."""
+    across = grid.n_nodes // grid.shape[0]
+    return np.asarray(grid.allgather(own)[..., line * across + grid.own % across])
+
+
+def covered_lines(grid: SurfaceGrid, contact: ContactLoads) -> tuple[int, int]:
+    """First and last line of nodes, along x, of which the rubber touches cells. Collective."""
+    touched = grid.scatter(contact.touching, place(grid, contact)).reshape(grid.shape[0], -1)
+    covered = np.flatnonzero(touched.any(axis=1))
+    return int(covered[0]), int(covered[-1])

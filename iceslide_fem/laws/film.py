@@ -19,7 +19,7 @@ from iceslide_fem.film.first_films import films_of
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.film.law import log_shearing
 from iceslide_fem.film.limiting_shear import SHEAR_STRENGTH, SLOWEST, LimitingShear
-from iceslide_fem.film.loads import FilmLoads, film_loads, viscosity_row
+from iceslide_fem.film.loads import MOLTEN, FilmLoads, film_loads, viscosity_row
 from iceslide_fem.film.phase import Refreeze
 from iceslide_fem.film.shear_strength import shear_strength, shearing_height
 from iceslide_fem.film.viscosity import FILM_VISCOSITY, VariableViscosity
@@ -107,9 +107,13 @@ class FilmLaw:
         """Whether shear is proportional to the slip speed: without a limit."""
         return self.limit is None
 
-    @property
-    def freezes(self) -> bool:
-        """Whether water also freezes on uncovered ice."""
+    def freezes_open(self, state: InterfaceState) -> Mask | bool:
+        """Whether water also freezes where no rubber covers the ice, in a step from `state`.
+
+        By area it does where rubber has passed over it. Water that is on the ice before does not.
+        """
+        if self.refreeze == "area" and self.wet is not None:
+            return np.asarray(state.internal[MOLTEN] > 0.5)
         return self.refreeze in ("film", "all")
 
     @property

@@ -34,7 +34,7 @@ from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError, SimulationStopped
 from iceslide_fem.runtime.ranks import from_root
 from iceslide_fem.scene import Scene
-from iceslide_fem.scene.tables import too_soft
+from iceslide_fem.scene.tables import too_short, too_soft
 
 # Newton's residual tolerance: the scene's tolerance times these fractions of the plate's force and
 # of the friction force. It changes mu(t) by a hundredth of the tolerance. The second is the smaller
@@ -234,7 +234,11 @@ def build_block(scene: Scene, comm: MPI.Comm, energy: Energy = stored_energy) ->
     mesh = rubber_mesh(scene, comm)
     z = mesh.mesh.geometry.x[:, mesh.mesh.geometry.dim - 1]
     height = float(comm.allreduce(z.max(initial=0.0), op=MPI.MAX))
-    fault = too_soft(scene, height)  # a user's mesh has its height only now
+    x = mesh.mesh.geometry.x[:, 0]
+    ends = np.array([x.max(initial=-np.inf), -x.min(initial=np.inf)])
+    comm.Allreduce(MPI.IN_PLACE, ends, op=MPI.MAX)
+    # a user's mesh has its height and its length only now
+    fault = too_soft(scene, height) or too_short(scene, float(ends.sum()))
     if fault is not None:
         raise SceneError(fault)
     material = scene.mooney_rivlin

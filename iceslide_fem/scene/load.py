@@ -43,8 +43,7 @@ class Load(Table):
     )
     passes: Annotated[int, Field(ge=1, le=100_000)] = key(
         1,
-        "How often the rubber slides over the same ice. For a point, or for a slice or block "
-        "over attached ice.",
+        "How often the rubber slides over the same ice.",
     )
     period: Annotated[float, Quantity("s", "1e-6 s", "1e6 s")] | None = key(
         None, "Time from the beginning of one pass to the beginning of the next."

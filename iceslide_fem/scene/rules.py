@@ -110,8 +110,8 @@ def _passing(key: Is) -> tuple[Rule, ...]:
     """Of passes, or of rows of blocks, which are passes, too."""
     return (
         Rule((key, OTHER_LAW), "what passes leave behind is a film's", OF_FILMS),
-        Rule((key, WARM_RUBBER), "the ice rests between passes, and the heat of the rubber then is "
-             "unknown", "rubber.heat = false"),
+        Rule((key, WARM_RUBBER), "the heat of a point's rubber between passes is unknown",
+             "rubber.heat = false" if key is ROWS else f"rubber.heat = false, or {FE}", (POINT,)),
         Rule((key, HALF_SPACE), CLOSED_FORM, "ice.heat = 'column'"),
     )  # fmt: skip
 
@@ -178,7 +178,15 @@ RULES = (
          "k, D and H_V of one nominal pressure are held", "'local'"),
     Rule((PASSES, ROWS), "rows are passes of the period rubber.row_pitch / load.speed"),
     Rule((ROWS, BLOCKS), "", 'model = "point"'),
-    Rule((PASSES, BLOCKS, SLIDING), "", "ice.motion = 'attached', or model = \"point\""),
+    Rule((PASSES, Is("rubber.heat", ("mesh",))), "meshes of ice and rubber do not part between "
+         "passes", "rubber.heat = true", (BLOCKS,)),
+    Rule((Is("film.refreeze", ("area",)), Is("film.carrier", ("rubber",)), SLIDING), "films that "
+         "stay with the rubber meet new cold ice, and no water comes with it",
+         'film.carrier = "ice", or film.refreeze = "nothing"', (BLOCKS,)),
+    Rule((PASSES, Is("film.carrier", ("rubber",)), SLIDING), "the rubber takes its films along, "
+         "and begins each pass untouched", 'film.carrier = "ice"', (BLOCKS,)),
+    Rule((PASSES, Is("ice.water_has_rows", shown="rows of ice.water"), SLIDING), "all ice that a "
+         "pass leaves behind is alike", "a number", (BLOCKS,)),
     Rule((PASSES, BLOCKS, CHANGES), "", 'numbers, or model = "point"'),
     Rule((PASSES, BLOCKS, Is("rubber.wall_friction")), "", '0, or model = "point"'),
     *_passing(PASSES),

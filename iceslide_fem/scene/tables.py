@@ -55,6 +55,9 @@ def check_contradictions(scene: Tables) -> None:
         )
     check_shape(scene.rubber)
     _rows_are_apart(scene)
+    fault = None if scene.rubber.mesh is not None else too_short(scene, scene.rubber.length)
+    if fault is not None:
+        raise ValueError(fault)
     check_ground(scene.ice)
     _rubber_relaxes_here(scene)
     if scene.film.contact_age and scene.rubber.relaxation is None:
@@ -147,6 +150,21 @@ def _rubber_relaxes_here(scene: Tables) -> None:
             )
 
 
+def too_short(scene: Tables, length: float) -> str | None:
+    """Message if no ice passes below all of a block of `length` (m) in a pass, else None."""
+    load = scene.load
+    if load.passes == 1 or scene.ice.motion == "attached" or scene.model == "point":
+        return None
+    transit = length / load.speeds.mean
+    if load.duration >= transit * (1.0 - 1e-9):
+        return None
+    return (
+        f"load.duration = {readable(load.duration, 's')} is too short for load.passes: the next "
+        "pass meets ice that has been below all of the rubber; allowed: at least its length over "
+        f"load.speed, {readable(transit, 's')}"
+    )
+
+
 def too_soft(scene: Tables, height: float) -> str | None:
     """Message if the user's penalty is too soft for a block of `height` (m), else None."""
     penalty, pressure = scene.numerics.penalty, scene.load.pressures.largest
@@ -176,10 +194,10 @@ def _contact_is_stiff(scene: Tables) -> None:
 
 def _heat_stays_in_the_rubber(scene: Tables) -> None:
     """Raise ValueError if heat reaches the plate of rubber that is taken as a half-space."""
-    needed = scene.rubber.solid.heated_depth(scene.load.duration)
+    needed = scene.rubber.solid.heated_depth(scene.load.heated_for)
     if scene.rubber.heat != "mesh" and scene.rubber.height < needed:
         raise ValueError(
             f"rubber.height = {1e3 * scene.rubber.height:.3g} mm is too thin for rubber.heat = "
             f"true, which takes the rubber as a half-space: heat reaches {1e3 * needed:.3g} mm "
-            "deep within load.duration"
+            f"deep within {'load.duration' if scene.load.passes == 1 else 'all passes'}"
         )

@@ -36,7 +36,7 @@ from iceslide_fem.scene.contact_table import ConstantContact, ContactTable
 
 METHOD = INTEGRATORS["sdirk2"]
 # Relative to a pixel's time: the shortest step, and the rounding of the rest.
-SHORTEST, SLACK = 1e-9, 1e-6
+SHORTEST, SLACK = 1e-12, 1e-6
 YOUNGEST = 1e-2  # the first step where water meets cold ice, or cold rubber warm ice
 
 

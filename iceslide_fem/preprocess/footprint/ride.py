@@ -78,7 +78,7 @@ class WarmRubber(NamedTuple):
     half_film: HalfFilm
 
 
-ONCE = Passes(1, 0.0, "keep")
+ONCE = Passes(1, 0.0, "nothing")
 FIRST_HEIGHT = 70e-9  # m, the thesis's
 NOTHING = 1e-15  # m, capacity of voids whose water does not move: they are full
 LOCKED = 1e-9  # 1 - S of rubber that a locked wheel has warmed
