@@ -6,11 +6,15 @@ from program import rows_of, run
 from scipy.integrate import trapezoid
 
 from iceslide_fem import reference
+from iceslide_fem.film.conditions import rubber_columns, scene_conditions, scene_passes
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.passes import Passes, column_for, frozen, next_start, simulate_passes
 from iceslide_fem.film.point_conditions import Conditions
 from iceslide_fem.film.shear_strength import ShearStrength
+from iceslide_fem.laws.points import FilmsOfLaw
+from iceslide_fem.laws.table import law_of
 from iceslide_fem.runs.point import point_history
+from iceslide_fem.runs.point_pass import one_pass
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.scene.materials import BOTTOMLESS, ICE, MELTING_TEMPERATURE, Ground
@@ -180,6 +184,34 @@ def test_a_viscosity_over_temperature_goes_on_from_pass_to_pass():
     assert (np.diff(means[2]) < 0.0).all()
 
 
+def test_rubber_keeps_its_heat_between_passes():
+    """Its surface as a pass begins: the flux of the pass before, superposed on a half-space."""
+    given = scene(
+        rubber={"heat": True, "height": 20e-3}, ice={"motion": "attached"},
+        film={"dry_stress": 3e5, "initial_height": 0.0, "dry_softening": 10.0},
+        load={"passes": 2, "period": 0.1}, numerics={"tolerance": 1e-3},
+    )  # fmt: skip
+    law, times = law_of(given), np.array([TIME, 0.2])
+    conditions, passes = scene_conditions(given), scene_passes(given)
+    ice, rubber = column_for(conditions, passes, 1e-3, BOTTOMLESS), rubber_columns(given, times)
+    rows, end = one_pass(given, law, ice, None, False, rubber)
+    films = FilmsOfLaw(law, np.full(1, given.initial_height), np.full(1, TIME))
+    after = next_start(end.state, films, ice, passes, rubber)
+    area = given.rubber.length * given.rubber.width
+    heat, t = (
+        np.array([getattr(row, name) for row in rows]) for name in ("rubber_heat_J", "time_s")
+    )
+    flux, until = np.diff(heat) / area / np.diff(t), np.sqrt(0.1 - t)
+    rise = (
+        2.0 / (given.rubber.solid.effusivity * np.sqrt(np.pi)) * (flux @ (until[:-1] - until[1:]))
+    )
+    found = float(rubber.surface_temperature(after.rubber)[0]) - given.ice.temperature
+    assert found == pytest.approx(rise, rel=5e-3) and rise > 0.2
+    means = []
+    point_history(given, lambda row: means.append(row.mu_mean))
+    assert means[1] < 0.99 * means[0]
+
+
 def test_rows_of_blocks_are_passes_one_pitch_apart():
     """Each block meets the films and the water that the one before has left."""
     alone = {"passes": 1, "period": None}
@@ -223,7 +255,6 @@ def test_tables_of_a_run(tmp_path):
             {"load": {"passes": 1, "period": None}, "rubber": {"rows": 2, "row_pitch": 0.01}},
             "rubber.row_pitch = 10 mm",
         ),
-        ({"rubber": {"heat": True}, "ice": {"motion": "attached"}}, "passes and rubber.heat"),
         ({"ice": {"heat": "half-space", "motion": "attached"}}, "half-space"),
         ({"friction": {"law": "coulomb", "mu": 0.3}}, "friction.law"),
     ],

@@ -10,7 +10,6 @@ from iceslide_fem.film.passes import column_for, next_start
 from iceslide_fem.laws.table import law_of
 from iceslide_fem.runs.point import point_history
 from iceslide_fem.runs.point_pass import first_state, one_pass
-from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.scene.materials import BOTTOMLESS, MELTING_ENTHALPY
 from iceslide_fem.workflow.planning.passes import surface_before_last
@@ -133,8 +132,3 @@ def test_an_estimate_counts_the_heat_of_water_that_freezes(between, refreeze):
     rises = [surface_before_last(given) - 272.15, passes[-1].surface_start_C + 1.0]
     assert 0.5 < rises[0] / rises[1] < 2.0
     assert (rises[1] > 0.05) == (given.between == "all")
-
-
-def test_passes_of_wet_ice_that_slides_below_a_slice_stay_refused():
-    with pytest.raises(SceneError, match=r"load\.passes.*ice\.motion"):
-        scene(model="slice", ice={"motion": "sliding"})

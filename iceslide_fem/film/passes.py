@@ -19,6 +19,7 @@ from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.film.point import CONDENSED, simulate
 from iceslide_fem.film.point_conditions import Conditions
 from iceslide_fem.film.point_result import PointResult
+from iceslide_fem.film.rubber_heat import INSULATED, RubberHeat
 from iceslide_fem.runtime.arrays import Array
 
 Between = Literal["drain", "nothing", "film", "all"]  # all water is gone, or which of it freezes
@@ -45,7 +46,11 @@ def column_for(conditions: Conditions, passes: Passes, tolerance: float, ground:
 
 
 def simulate_passes(
-    conditions: Conditions, passes: Passes, ice: Column, **settings: Any
+    conditions: Conditions,
+    passes: Passes,
+    ice: Column,
+    rubber: RubberHeat = INSULATED,
+    **settings: Any,
 ) -> Iterator[PointResult]:
     """Results of `point.simulate` for each pass; times of each pass begin at 0.
 
@@ -53,9 +58,9 @@ def simulate_passes(
     """
     start = None
     for _ in range(passes.number):
-        found = simulate(conditions, ice, start=start, **settings)
+        found = simulate(conditions, ice, rubber=rubber, start=start, **settings)
         yield found
-        start = next_start(found.state, conditions, ice, passes)
+        start = next_start(found.state, conditions, ice, passes, rubber)
 
 
 class Films(Protocol):
@@ -82,10 +87,20 @@ class Films(Protocol):
         """History of the contact of `n` points of rubber that have not touched."""
 
 
-def next_start(state: InterfaceState, films: Films, ice: Column, passes: Passes) -> InterfaceState:
-    """Initial state of a pass after one that ends in `state`. The rubber begins untouched."""
+def next_start(
+    state: InterfaceState,
+    films: Films,
+    ice: Column,
+    passes: Passes,
+    rubber: RubberHeat = INSULATED,
+) -> InterfaceState:
+    """Initial state of a pass after one that ends in `state`.
+
+    The contact of the rubber begins untouched. Its heat spreads in it, and no air takes any.
+    """
     height, squeezed, first = films.film_height(state), state.squeezed_height, films.initial_height
     heat, rest = state.ice, passes.period - films.duration
+    warm = rubber.cooled(state.rubber, rest)
     water = molten(height, squeezed, first, passes.between)
     heat, left, rest = frozen(heat, water, rest, ice)
     height, squeezed = after_rest(height, squeezed, left, first, passes.between)
@@ -93,7 +108,7 @@ def next_start(state: InterfaceState, films: Films, ice: Column, passes: Passes)
     heat = ice.cooled(heat, rest)
     log_height, internal = films.films(height, ice.surface_temperature(heat))
     young = films.untouched(height.size)
-    return InterfaceState(log_height, squeezed, heat, state.rubber, internal, young)
+    return InterfaceState(log_height, squeezed, heat, warm, internal, young)
 
 
 def molten(height: Array, squeezed: Array, first: Array | float, between: Between) -> Array:

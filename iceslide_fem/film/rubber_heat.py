@@ -156,6 +156,9 @@ class RubberHeat(Protocol):
     def film_temperature(self, ice: Array, heat_state: Array, films: Heating) -> Array:
         """T_f (K) of `films` between ice of surface temperature `ice` (K) and this rubber."""
 
+    def cooled(self, heat_state: Array, time: float | Array) -> Array:
+        """Heat state after a `time` (s) without contact, in which no air takes heat."""
+
     def take(self, index: Index) -> RubberHeat:
         """The rubber above the points at `index` only."""
 
@@ -199,7 +202,7 @@ class Insulated:
         """No heat state."""
         return saved["rise"]
 
-    def cooled(self, heat_state: Array, time: float) -> Array:
+    def cooled(self, heat_state: Array, time: float | Array) -> Array:
         """No heat state."""
         return heat_state
 
@@ -280,9 +283,10 @@ class RubberColumns:
         """Heat state from `saved` arrays, also those of a shorter run."""
         return self.column.restored(saved)
 
-    def cooled(self, heat_state: Array, time: float) -> Array:
+    def cooled(self, heat_state: Array, time: float | Array) -> Array:
         """Heat state after a `time` (s) without contact, in which no air takes heat."""
-        return self.column.cooled(heat_state, np.full(heat_state.shape[-1], time))
+        rest = np.broadcast_to(np.asarray(time, dtype=float), heat_state.shape[-1:])
+        return self.column.cooled(heat_state, rest)
 
     def covered(self, cover: Array) -> RubberColumns:
         """The same columns with contact (`cover` 1) or without (0) at each point, (n,)."""

@@ -10,6 +10,7 @@ from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import InterfaceState, Step
 from iceslide_fem.film.point import CONDENSED, Span, Steps, ice_below, integrate
 from iceslide_fem.film.point_result import PointResult, Record
+from iceslide_fem.film.rubber_heat import RubberHeat
 from iceslide_fem.film.runge_kutta import INTEGRATORS, Integrator
 from iceslide_fem.laws.points import LawDrive
 from iceslide_fem.laws.protocol import InterfaceLaw
@@ -108,10 +109,15 @@ def imbalance(row: HistoryRow, ice: Solid) -> float:
     return float((row.friction_work_J - sum(heats)) / largest) if largest else 0.0
 
 
-def first_state(scene: Scene, law: InterfaceLaw, ice: Column | HalfSpace) -> InterfaceState:
-    """Films on cold ice below cold rubber that has not touched."""
+def first_state(
+    scene: Scene,
+    law: InterfaceLaw,
+    ice: Column | HalfSpace,
+    rubber: RubberHeat | None = None,
+) -> InterfaceState:
+    """Films on cold ice below `rubber` that has not touched, by default that of one pass."""
     log_height, squeezed, internal = law.initial(scene.initial_height, 1)
-    heats = ice.initial(1), rubber_columns(scene).initial(1)
+    heats = ice.initial(1), (rubber or rubber_columns(scene)).initial(1)
     return InterfaceState(log_height, squeezed, *heats, internal, law.untouched(1))
 
 
@@ -127,15 +133,16 @@ def one_pass(
     ice: Column | HalfSpace,
     start: InterfaceState | None = None,
     shown: bool = True,
+    rubber: RubberHeat | None = None,
 ) -> tuple[list[HistoryRow], PointResult]:
     """Rows and result of a pass, from films on cold `ice` or from the state `start`.
 
-    shown: whether to show progress. Raises SimulationStopped.
+    shown: whether to show progress; rubber: by default that of one pass. Raises SimulationStopped.
     """
     numerics, load, duration = scene.numerics, scene.load, exposure(scene)
     near = SAMPLED * numerics.tolerance
     drive = LawDrive(law, load.pressures.sampled(near), load.speeds.sampled(near), np.ones(1))
-    begin = first_state(scene, law, ice) if start is None else start
+    begin = first_state(scene, law, ice, rubber) if start is None else start
     history = PointRows(scene, law)
     loads = drive.loads(np.zeros(1), begin.age)
     warm = float(ice.surface_temperature(begin.ice)[0])
@@ -165,8 +172,8 @@ def one_pass(
         )
         span = Span(np.full(1, duration), T_0, T_m, scene.ice.solid)
         steps = Steps(numerics.tolerance, *step_lengths(scene, law))
-        table, rubber = scene.water.table, rubber_columns(scene)
-        result = integrate(drive, begin, span, ice, rubber, steps, (), observe, table)
+        above = rubber or rubber_columns(scene)
+        result = integrate(drive, begin, span, ice, above, steps, (), observe, scene.water.table)
     return history.rows, result
 
 

@@ -11,6 +11,7 @@ from scipy.integrate import cumulative_trapezoid
 from iceslide_fem.film.conditions import (
     exposure,
     ice_model,
+    rubber_columns,
     scene_conditions,
     scene_passes,
     transit_time,
@@ -122,12 +123,14 @@ def passes_history(
     conditions, passes = scene_conditions(scene), scene_passes(scene)
     ice = column_for(conditions, passes, scene.numerics.tolerance, ice_model(scene))
     films = FilmsOfLaw(law, np.full(1, scene.initial_height), np.full(1, exposure(scene)))
-    state, rows, found = first_state(scene, law, ice), list[HistoryRow](), list[PassRow]()
+    times = np.array([exposure(scene), passes.number * passes.period])
+    rubber = rubber_columns(scene, times)
+    state, rows, found = first_state(scene, law, ice, rubber), list[HistoryRow](), list[PassRow]()
     with LongTask(passes.number, shown=rank() == 0) as task:
         for number in range(1, passes.number + 1):
             began = float(ice.surface_temperature(state.ice)[0])
             begin = None if number == 1 else state
-            history, end = one_pass(scene, law, ice, begin, shown=False)
+            history, end = one_pass(scene, law, ice, begin, False, rubber)
             if scene.ice.motion == "sliding":
                 history = block_rows(history, scene)
             first = (number - 1) * passes.period
@@ -136,7 +139,7 @@ def passes_history(
             observe(row)
             found.append(row)
             task.show(number, f"pass {number} of {passes.number}", f"mean mu {row.mu_mean:.3f}")
-            state = next_start(end.state, films, ice, passes)
+            state = next_start(end.state, films, ice, passes, rubber)
     return rows, _results(found, rows)
 
 

@@ -110,8 +110,6 @@ def _passing(key: Is) -> tuple[Rule, ...]:
     """Of passes, or of rows of blocks, which are passes, too."""
     return (
         Rule((key, OTHER_LAW), "what passes leave behind is a film's", OF_FILMS),
-        Rule((key, WARM_RUBBER), "the heat of a point's rubber between passes is unknown",
-             "rubber.heat = false" if key is ROWS else f"rubber.heat = false, or {FE}", (POINT,)),
         Rule((key, HALF_SPACE), CLOSED_FORM, "ice.heat = 'column'"),
     )  # fmt: skip
 
