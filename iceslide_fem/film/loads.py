@@ -109,7 +109,15 @@ class FilmLoads(NamedTuple):
 
     def at(self, end: FilmLoads, fraction: float) -> FilmLoads:
         """Loads at `fraction` of a step that ends with `end`, by linear interpolation."""
-        return interpolate(self, end, fraction)
+        if self is end:
+            return self
+        ends = zip(self[:4], end[:4], strict=True)
+        viscous, speed, squeeze, free = (a + fraction * (b - a) for a, b in ends)
+        carried = self.carried
+        if carried is not None and end.carried is not None:
+            carried = carried.at(end.carried, fraction)
+        components = end.variable_viscosity, end.limit, carried, end.refreeze
+        return FilmLoads(viscous, speed, squeeze, free, *components)
 
     def film(
         self,
@@ -206,7 +214,7 @@ class FilmLoads(NamedTuple):
 
     def bend(self, middle: FilmLoads, end: FilmLoads) -> Array:
         """Relative distance of loads in the `middle` of a step from the line between its ends."""
-        line = interpolate(self, end, 0.5)
+        line = self.at(end, 0.5)
         gaps = (
             np.abs(getattr(middle, name) - getattr(line, name))
             / np.maximum(np.abs(getattr(end, name)), np.abs(getattr(self, name)) + 1e-300)
@@ -305,16 +313,3 @@ def film_loads(
     K3 = squeeze_rate(np.maximum(pressure, 0.0), D, viscosity)
     components = variable_viscosity, limit, carried, refreeze
     return FilmLoads(k * viscosity * speed, speed, K3, H_V, *components)
-
-
-def interpolate(start: FilmLoads, end: FilmLoads, fraction: float) -> FilmLoads:
-    """Loads at `fraction` of a step, interpolated linearly between its ends."""
-    if start is end:
-        return start
-    ends = zip(start[:4], end[:4], strict=True)
-    viscous, speed, squeeze, free = (a + fraction * (b - a) for a, b in ends)
-    carried = start.carried
-    if carried is not None and end.carried is not None:
-        carried = carried.at(end.carried, fraction)
-    components = end.variable_viscosity, end.limit, carried, end.refreeze
-    return FilmLoads(viscous, speed, squeeze, free, *components)

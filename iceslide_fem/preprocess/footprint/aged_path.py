@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from iceslide_fem.film.contact_age import ContactAge
-from iceslide_fem.film.loads import FilmLoads, interpolate
+from iceslide_fem.film.loads import FilmLoads
 from iceslide_fem.runtime.arrays import Array, Index
 
 # Gauss points of the interval from 0 to 1.
@@ -87,7 +87,7 @@ class AgedPath(NamedTuple):
         first, last = (self._after(touching, pixel, start + point * dt) for point in GAUSS)
         width = GAUSS[1] - GAUSS[0]
         begin, end = ((at - GAUSS[0]) / width for at in (0.0, 1.0))
-        return interpolate(first, last, begin), interpolate(first, last, end)
+        return first.at(last, begin), first.at(last, end)
 
     def _after(self, touching: FilmLoads, pixel: Index, time: Array) -> FilmLoads:
         p, kelvin = self.pressure[pixel], self.temperature[pixel]
