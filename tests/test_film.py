@@ -8,7 +8,7 @@ from iceslide_fem.film import height
 from iceslide_fem.film.half_space import HalfSpace
 from iceslide_fem.film.integrators import InterfaceState, advance
 from iceslide_fem.film.law import FilmStage, Surface, implicit_stage
-from iceslide_fem.film.loads import FilmLoads, film_loads, interpolate
+from iceslide_fem.film.loads import FilmLoads, film_loads
 from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.scene.materials import MELTING_ENTHALPY, MELTING_TEMPERATURE, WATER_VISCOSITY
 
