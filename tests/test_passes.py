@@ -11,7 +11,6 @@ from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.passes import Passes, column_for, frozen, next_start, simulate_passes
 from iceslide_fem.film.point_conditions import Conditions
 from iceslide_fem.film.shear_strength import ShearStrength
-from iceslide_fem.laws.points import FilmsOfLaw
 from iceslide_fem.laws.table import law_of
 from iceslide_fem.runs.point import point_history
 from iceslide_fem.runs.point_pass import one_pass
@@ -45,7 +44,7 @@ def rises(conditions, passes, ground=BOTTOMLESS, tolerance=1e-3):
     ice = column_for(conditions, passes, tolerance, ground)
     surface, mean = [], []
     for found in simulate_passes(conditions, passes, ice, tolerance=tolerance):
-        heat = next_start(found.state, conditions, ice, passes).ice
+        heat = next_start(found.state, conditions, ice, passes, 0.0, TIME).ice
         surface.append(ice.surface_temperature(heat)[0] - conditions.temperature[0])
         mean.append(ice.heat(heat)[0] / (ICE.density * ICE.heat_capacity * ground.depth))
     return np.array(surface), np.array(mean)
@@ -195,8 +194,7 @@ def test_rubber_keeps_its_heat_between_passes():
     conditions, passes = scene_conditions(given), scene_passes(given)
     ice, rubber = column_for(conditions, passes, 1e-3, BOTTOMLESS), rubber_columns(given, times)
     rows, end = one_pass(given, law, ice, None, False, rubber)
-    films = FilmsOfLaw(law, np.full(1, given.initial_height), np.full(1, TIME))
-    after = next_start(end.state, films, ice, passes, rubber)
+    after = next_start(end.state, law, ice, passes, given.initial_height, TIME, rubber)
     area = given.rubber.length * given.rubber.width
     heat, t = (
         np.array([getattr(row, name) for row in rows]) for name in ("rubber_heat_J", "time_s")

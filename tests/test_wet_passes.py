@@ -92,7 +92,7 @@ def test_water_that_freezes_gives_its_heat_to_the_ice(period):
     conditions, passes, law = scene_conditions(given), scene_passes(given), law_of(given)
     ice = column_for(conditions, passes, 1e-3, BOTTOMLESS)
     _, end = one_pass(given, law, ice, first_state(given, law, ice), shown=False)
-    after = next_start(end.state, conditions, ice, passes)
+    after = next_start(end.state, law, ice, passes, FIRST, TIME)
     before, left = (
         float(law.film_height(state)[0] + state.squeezed_height[0]) for state in (end.state, after)
     )

@@ -60,22 +60,12 @@ def simulate_passes(
     for _ in range(passes.number):
         found = simulate(conditions, ice, rubber=rubber, start=start, **settings)
         yield found
-        start = next_start(found.state, conditions, ice, passes, rubber)
+        first, lasted = conditions.initial_height, conditions.duration
+        start = next_start(found.state, conditions, ice, passes, first, lasted, rubber)
 
 
 class Films(Protocol):
-    """A law or conditions, by the films that they begin with.
-
-    initial_height: of films without water, m; duration: of a pass, s.
-    """
-
-    @property
-    def initial_height(self) -> Array:
-        """h of films without water, m, (n,)."""
-
-    @property
-    def duration(self) -> Array:
-        """Duration of a pass, s, (n,)."""
+    """A law or conditions, by the films that they begin with."""
 
     def film_height(self, state: InterfaceState) -> Array:
         """h (m) of films, (n,)."""
@@ -92,44 +82,58 @@ def next_start(
     films: Films,
     ice: Column,
     passes: Passes,
+    first: float | Array,
+    lasted: float | Array,
     rubber: RubberHeat = INSULATED,
 ) -> InterfaceState:
-    """Initial state of a pass after one that ends in `state`.
+    """Initial state of a pass after one that `lasted` (s) and ends in `state`.
 
-    The contact of the rubber begins untouched. Its heat spreads in it, and no air takes any.
+    first: height of films without water, m. The contact of the rubber begins untouched. Its heat
+    spreads in it, and no air takes any.
     """
-    height, squeezed, first = films.film_height(state), state.squeezed_height, films.initial_height
-    heat, rest = state.ice, passes.period - films.duration
+    rest = passes.period - lasted + np.zeros_like(state.log_height)
     warm = rubber.cooled(state.rubber, rest)
-    water = molten(height, squeezed, first, passes.between)
-    heat, left, rest = frozen(heat, water, rest, ice)
-    height, squeezed = after_rest(height, squeezed, left, first, passes.between)
-    squeezed = passes.carried * squeezed
-    heat = ice.cooled(heat, rest)
-    log_height, internal = films.films(height, ice.surface_temperature(heat))
-    young = films.untouched(height.size)
-    return InterfaceState(log_height, squeezed, heat, warm, internal, young)
+    water = molten(state, films, first, passes.between)
+    heat, left, after = frozen(state.ice, water, rest, ice)
+    heat = ice.cooled(heat, after)
+    kelvin = ice.surface_temperature(heat)
+    begun = after_rest(state, films, first, passes.between, left, kelvin)
+    carried = passes.carried * begun.squeezed_height
+    return begun._replace(squeezed_height=carried, ice=heat, rubber=warm)
 
 
-def molten(height: Array, squeezed: Array, first: Array | float, between: Between) -> Array:
-    """Water (m) that freezes in a rest: of films of the `height` above the `first` one, and all
-    that is `squeezed` out.
+def molten(state: InterfaceState, films: Films, first: Array | float, between: Between) -> Array:
+    """Water (m) that freezes in a rest after `state`: of films above the `first` height, and all
+    that is squeezed out.
     """
+    height = films.film_height(state)
     if between == "all":
-        return np.maximum(height + squeezed - first, 0.0)
+        return np.maximum(height + state.squeezed_height - first, 0.0)
     return np.maximum(height - first, 0.0) if between == "film" else np.zeros_like(height)
 
 
 def after_rest(
-    height: Array, squeezed: Array, left: Array, first: Array | float, between: Between
-) -> tuple[Array, Array]:
-    """Films and squeezed-out water (m) after a rest that leaves `left` of the `molten` water."""
+    state: InterfaceState,
+    films: Films,
+    first: Array | float,
+    between: Between,
+    left: Array,
+    kelvin: Array,
+) -> InterfaceState:
+    """`state` after a rest that leaves `left` (m) of the `molten` water, with the heat of before.
+
+    kelvin: of the ice's surface, K.
+    """
+    height, squeezed = films.film_height(state), state.squeezed_height
     if between == "drain":
-        return first + np.zeros_like(height), np.zeros_like(squeezed)
-    if between == "nothing":
-        return height, squeezed
-    film = np.clip(height - first, 0.0, left)
-    return first + film, squeezed if between == "film" else np.maximum(left - film, 0.0)
+        height, squeezed = first + np.zeros_like(height), np.zeros_like(squeezed)
+    elif between != "nothing":
+        film = np.clip(height - first, 0.0, left)
+        height = first + film
+        squeezed = squeezed if between == "film" else np.maximum(left - film, 0.0)
+    log_height, internal = films.films(height, kelvin)
+    young = films.untouched(state.age.shape[-1])
+    return InterfaceState(log_height, squeezed, state.ice, state.rubber, internal, young)
 
 
 def frozen(heat: Array, water: Array, rest: Array, ice: Column) -> tuple[Array, Array, Array]:

@@ -164,11 +164,8 @@ class PassBegin(NamedTuple):
 
         Raises NotConverged.
         """
-        height, squeezed = law.film_height(state), state.squeezed_height
         first, between = self.first, self.rest.between
-        water = molten(height, squeezed, first, between)
+        water = molten(state, law, first, between)
         heat, left = rested(state.ice, water, ice, self.rest, self.solid, self.comm)
-        height, squeezed = after_rest(height, squeezed, left, first, between)
-        log_height, internal = law.films(height, ice.surface_temperature(heat))
-        young = law.untouched(state.age.shape[1])
-        return InterfaceState(log_height, squeezed, heat, state.rubber, internal, young)
+        after = after_rest(state, law, first, between, left, ice.surface_temperature(heat))
+        return after._replace(ice=heat)

@@ -7,31 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from iceslide_fem.film.driving import SHORTER, PointLoads
-from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.laws.protocol import InterfaceLaw
 from iceslide_fem.runtime.arrays import Array, Index, Mask
 from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.scene.course import Course
-
-
-class FilmsOfLaw(NamedTuple):
-    """The films that a `law` begins with: height (m, (n,)), for passes of a duration (s, (n,))."""
-
-    law: InterfaceLaw
-    initial_height: Array
-    duration: Array
-
-    def film_height(self, state: InterfaceState) -> Array:
-        """h (m) of films, (n,)."""
-        return self.law.film_height(state)
-
-    def films(self, height: Array, temperature: Array) -> tuple[Array, Array]:
-        """ln h and internal variables of films of `height` (m) on ice of `temperature` (K)."""
-        return self.law.films(height, temperature)
-
-    def untouched(self, n: int) -> Array:
-        """History of the contact of `n` points of rubber that have not touched."""
-        return self.law.untouched(n)
 
 
 class LawDrive(NamedTuple):

@@ -19,7 +19,6 @@ from iceslide_fem.film.conditions import (
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.passes import base_temperature, column_for, next_start
 from iceslide_fem.film.point_result import PointResult
-from iceslide_fem.laws.points import FilmsOfLaw
 from iceslide_fem.laws.protocol import InterfaceLaw
 from iceslide_fem.output.table import HistoryRow, PassRow, of_pass
 from iceslide_fem.output.water import AMOUNTS as WATER_AMOUNTS
@@ -122,8 +121,8 @@ def passes_history(
     """
     conditions, passes = scene_conditions(scene), scene_passes(scene)
     ice = column_for(conditions, passes, scene.numerics.tolerance, ice_model(scene))
-    films = FilmsOfLaw(law, np.full(1, scene.initial_height), np.full(1, exposure(scene)))
-    times = np.array([exposure(scene), passes.number * passes.period])
+    first, lasts = scene.initial_height, exposure(scene)
+    times = np.array([lasts, passes.number * passes.period])
     rubber = rubber_columns(scene, times)
     state, rows, found = first_state(scene, law, ice, rubber), list[HistoryRow](), list[PassRow]()
     with LongTask(passes.number, shown=rank() == 0) as task:
@@ -139,7 +138,7 @@ def passes_history(
             observe(row)
             found.append(row)
             task.show(number, f"pass {number} of {passes.number}", f"mean mu {row.mu_mean:.3f}")
-            state = next_start(end.state, films, ice, passes, rubber)
+            state = next_start(end.state, law, ice, passes, first, lasts, rubber)
     return rows, _results(found, rows)
 
 

@@ -107,7 +107,7 @@ def rises(number: int) -> Array:
     ice = column_for(conditions, passes, 1e-3, BOTTOMLESS)
     found = []
     for one in simulate_passes(conditions, passes, ice, tolerance=1e-3):
-        heat = next_start(one.state, conditions, ice, passes).ice
+        heat = next_start(one.state, conditions, ice, passes, 0.0, TIME).ice
         found.append(float(ice.surface_temperature(heat)[0]) - MELTING_TEMPERATURE + cold)
     return np.array(found)
 

@@ -37,30 +37,6 @@ class Passed(NamedTuple):
     behind: InterfaceState
 
 
-class LinesInContact(NamedTuple):
-    """Lines (n,) of a `ride`, and the `duration` (s) of their contact (`film.passes.Films`)."""
-
-    ride: Ride
-    duration: Array
-
-    @property
-    def initial_height(self) -> Array:
-        """h of films without water, m."""
-        return np.asarray(self.ride.initial_height)
-
-    def film_height(self, state: InterfaceState) -> Array:
-        """h (m) of films."""
-        return self.ride.film_height(state)
-
-    def films(self, height: Array, temperature: Array) -> tuple[Array, Array]:
-        """ln h and internal variables of films of `height` (m) on ice of `temperature` (K)."""
-        return self.ride.films(height, temperature)
-
-    def untouched(self, n: int) -> Array:
-        """No history of the contact: `AgedPath` has that of the rubber."""
-        return np.zeros((0, n))
-
-
 def film_map(
     footprint: PressureMap,
     ride: Ride,
@@ -145,7 +121,7 @@ def start_after(
     below = _ice(footprint, every, tolerance, ice)
     ends = contact.argmax(axis=1), contact.shape[1] - contact[:, ::-1].argmax(axis=1)
     lasts = np.where(contact.any(axis=1), (ends[1] - ends[0]) * footprint.dx / ride.speed, 0.0)
-    state = next_start(found.behind, LinesInContact(every, lasts), below, ride.passes)
+    state = next_start(found.behind, every, below, ride.passes, every.initial_height, lasts)
     surface = below.surface_temperature(state.ice)
     return Start(state, Ahead(every.film_height(state), state.squeezed_height, surface))
 

@@ -239,6 +239,10 @@ class Ride(NamedTuple):
         limit = self.limit
         return np.exp(state.log_height) if limit is None else limit.height(state.log_height)
 
+    def untouched(self, n: int) -> Array:
+        """No history of the contact: `AgedPath` has that of the rubber."""
+        return np.zeros((0, n))
+
     def water(self, lines: int) -> tuple[Array, VariableViscosity | None]:
         """Viscosity of every line (Pa s), (lines,), and its temperature dependence, or None."""
         viscosity = np.broadcast_to(self.viscosity_at(self.temperature), (lines,)).copy()
