@@ -157,7 +157,7 @@ def test_loads():
     assert load.viscous == pytest.approx(0.266 * WATER_VISCOSITY * 3.0)
     assert load.squeeze_rate == pytest.approx(reference.squeeze_coefficient(1e5, 29e-6))
     assert loads(pressure=-1.0).squeeze_rate == 0.0
-    middle = interpolate(loads(), loads(pressure=3e5), 0.5)
+    middle = loads().at(loads(pressure=3e5), 0.5)
     assert middle.squeeze_rate == pytest.approx(loads(pressure=2e5).squeeze_rate)
 
 

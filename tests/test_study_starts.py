@@ -15,7 +15,8 @@ from scripts.studies.common import ROOT
 pytestmark = pytest.mark.fe
 
 SHARED = {
-    "common", "blocks", "command_runs", "peers_calculix", "peers_ngsolve", "wet_changes", "component_changes",
+    "common", "blocks", "command_runs", "peers_calculix", "peers_ngsolve", "wet_changes",
+    "component_changes",
 }  # fmt: skip
 NAMES = sorted({module.name for module in pkgutil.iter_modules(scripts.studies.__path__)} - SHARED)
 

@@ -121,7 +121,7 @@ def passes_history(
     """
     conditions, passes = scene_conditions(scene), scene_passes(scene)
     ice = column_for(conditions, passes, scene.numerics.tolerance, ice_model(scene))
-    first, lasts = scene.initial_height, exposure(scene)
+    height, lasts = scene.initial_height, exposure(scene)
     times = np.array([lasts, passes.number * passes.period])
     rubber = rubber_columns(scene, times)
     state, rows, found = first_state(scene, law, ice, rubber), list[HistoryRow](), list[PassRow]()
@@ -138,7 +138,7 @@ def passes_history(
             observe(row)
             found.append(row)
             task.show(number, f"pass {number} of {passes.number}", f"mean mu {row.mu_mean:.3f}")
-            state = next_start(end.state, law, ice, passes, first, lasts, rubber)
+            state = next_start(end.state, law, ice, passes, height, lasts, rubber)
     return rows, _results(found, rows)
 
 
