@@ -46,6 +46,7 @@ PATIENCE = 20.0  # s that its process may take longer, for one step, or to find 
 LOOK = 5.0  # s between two looks at a process
 IDLE = 300.0  # s after which a process that has done nothing hangs
 LARGEST_IMBALANCE, LARGEST_LEAK, ROUNDING = 0.01, 1e-6, 1e-9
+NO_FRICTION = 1e-6
 BORNE = "water_borne_fraction"  # a column of runs with voids that carry
 # Of water: where it comes from, and where it is.
 LEDGER = ("brought", "squeezed"), ("below", "left", "in_sipes", "pushed_out")
@@ -316,12 +317,12 @@ def _fault_of_mu(rows: list[dict[str, float]]) -> str:
     """What is wrong with friction over time, in words.
 
     Where loads go in time, rubber that springs back may push the block, with no more than has
-    sheared it, or than counts as none.
+    sheared it, or than counts as none. On deep water it springs back below constant loads, too.
     """
     constant = len({(row["nominal_pressure_Pa"], row["speed_m_per_s"]) for row in rows}) == 1
     largest = LIMITS.least_friction
     for row in rows:
-        if row["mu"] <= 0.0 if constant else row["mu"] < -largest:
+        if row["mu"] <= -NO_FRICTION if constant else row["mu"] < -largest:
             return f"mu = {row['mu']:.3g}"
         largest = max(largest, row["mu"])
     return ""
