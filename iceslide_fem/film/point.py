@@ -214,6 +214,7 @@ def integrate(
         if observe is not None and good.any():
             observe(record)
         warm, time = front.melting_at(step.state, last), ends
+        warm[step.last.melting] = 1.0  # also where films and columns differ by their errors
         ahead = lengths.ahead(front, step, warm, last, band)
         rate = step.change.log_height / step.stage_dt
         for new, old in (
