@@ -9,6 +9,7 @@ from slides import started  # noqa: E402
 from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
 from iceslide_fem.coupling.restart import checkpoint_tables, resumed  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
+from iceslide_fem.interface.film_frame import Travel  # noqa: E402
 from iceslide_fem.interface.ice_columns import GridColumns  # noqa: E402
 from iceslide_fem.interface.on_ice import OnIce  # noqa: E402
 from iceslide_fem.interface.surface_grid import SurfaceGrid  # noqa: E402
@@ -188,6 +189,6 @@ def test_ice_enters_as_it_is_at_first_above_a_base_of_another_temperature():
     ice = GridColumns(grid, 269.15, 1.0, ground=Ground(1e-3, held=263.15))
     frame = OnIce(FilmLaw(CONTACT_TABLES["B"], None, 1e4), ice, 70e-9)
     state = frame.start(70e-9, 0)
-    shifted = frame.shift_window(state, 2e-4, 2e-4).state
+    shifted = frame.shift_window(state, Travel(2e-4, 2e-4)).state
     np.testing.assert_array_equal(shifted.ice, state.ice)
     assert ice.surface_temperature(shifted.ice) == pytest.approx(269.15, abs=0.1)

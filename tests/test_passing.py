@@ -18,7 +18,7 @@ from iceslide_fem.coupling.step_error import StepError  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.ice_heat import Column  # noqa: E402
 from iceslide_fem.film.point import Conditions, simulate  # noqa: E402
-from iceslide_fem.interface.film_frame import ContactLoads  # noqa: E402
+from iceslide_fem.interface.film_frame import ContactLoads, Travel  # noqa: E402
 from iceslide_fem.interface.ice_columns import GridColumns, GridColumnsUnderPoints  # noqa: E402
 from iceslide_fem.interface.ice_continuum import Continuum  # noqa: E402
 from iceslide_fem.interface.on_ice import OnIce  # noqa: E402
@@ -326,13 +326,13 @@ def test_a_shift_moves_whole_cells_and_lets_fresh_ice_in():
         squeezed_height=np.array([*range(8), 0.0, 0.0, 0.0]),
         ice=state.ice + np.arange(11.0),
     )
-    moved, rest, water, _ = carrier.shift_window(state, 2.25e-4, 2.25e-4)
+    moved, rest, water, _ = carrier.shift_window(state, Travel(2.25e-4, 2.25e-4))
     assert rest == pytest.approx(0.25e-4)
     assert water == pytest.approx((0.5 * 0.0 + 1.0 + 0.5 * 2.0) * 1e-4)  # half cells at the ends
     np.testing.assert_array_equal(moved.squeezed_height, [*range(2, 8), 0, 0, 0, 0, 0])
     np.testing.assert_array_equal(moved.ice[3], [*range(2, 11), 0, 0])
     np.testing.assert_allclose(np.exp(moved.log_height[-2:]), 70e-9)
-    assert carrier.shift_window(state, 0.9e-4, 3.15e-4) == (state, 0.9e-4, 0.0, 0.0)
+    assert carrier.shift_window(state, Travel(0.9e-4, 3.15e-4)) == (state, 0.9e-4, 0.0, 0.0)
 
 
 def test_rubber_carrier_conserves_heat_with_points_that_share_strips():

@@ -13,7 +13,7 @@ from test_passing import passing  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.loads import squeeze_rate  # noqa: E402
 from iceslide_fem.film.runge_kutta import INTEGRATORS  # noqa: E402
-from iceslide_fem.interface.film_frame import ContactLoads  # noqa: E402
+from iceslide_fem.interface.film_frame import ContactLoads, Travel  # noqa: E402
 from iceslide_fem.interface.ice_columns import GridColumns  # noqa: E402
 from iceslide_fem.interface.moving_water import moved, moved_by_a_cell  # noqa: E402
 from iceslide_fem.interface.on_ice import OnIce  # noqa: E402
@@ -57,7 +57,7 @@ class EvenBlock:
             self.squeezed += float(rise @ step.area)
             moved, scraped = self.frame.water_moved(step.step.state, self.loads, loads, self.way)
             self.way += drift
-            shifted = self.frame.shift_window(moved, loads.offset, self.way)
+            shifted = self.frame.shift_window(moved, Travel(loads.offset, self.way))
             self.state, self.lost = shifted.state, self.lost + scraped.sum() + shifted.left
             self.loads = replace(loads, offset=shifted.offset)
         return self

@@ -18,7 +18,7 @@ from iceslide_fem.coupling.step_error import StepError, StepRejected
 from iceslide_fem.coupling.subcycles import Subcycles
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.step_control import step_factor
-from iceslide_fem.interface.film_frame import FilmFrame
+from iceslide_fem.interface.film_frame import FilmFrame, Travel
 from iceslide_fem.rubber.block import Block
 
 NEXT_SUBSTEPS = 0.9  # the next step aims at this fraction of the allowed substeps
@@ -121,7 +121,8 @@ class Acceptance:
             after = after._replace(interface=moved, mechanics=mechanics)
         drained = self._drainage.after(start, after, subcycles, wiped)
         distance = start.sliding_distance + (loads.offset - start.loads.offset)
-        shifted = frame.shift_window(drained.interface, loads.offset, distance, start.ahead)
+        travel = Travel(loads.offset, distance, start.ahead)
+        shifted = frame.shift_window(drained.interface, travel)
         if shifted.offset != loads.offset:  # else the next step reuses their caches
             loads = replace(loads, offset=shifted.offset)
         after = after._replace(

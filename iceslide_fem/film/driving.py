@@ -99,7 +99,11 @@ class Driven(NamedTuple):
     conditions: Conditions
     loading: Loading | None = None
     water: Curve | None = None
-    advice: str = SHORTER
+
+    @property
+    def advice(self) -> str:
+        """A shorter step, or an implicit integrator."""
+        return SHORTER
 
     @property
     def constant(self) -> bool:

@@ -133,6 +133,11 @@ class LimitingShear(NamedTuple):
         return np.stack([np.log((height + self.added) * shearing), strength])
 
 
+def film_height(log_height: Array, limit: LimitingShear | None) -> Array:
+    """h (m) from the height variable: ln h, or ln(h + s) with a `limit`."""
+    return np.exp(log_height) if limit is None else limit.height(log_height)
+
+
 def shearing(height: Array, strength: Array, drag: Array) -> Array:
     """1 / (h + h_b) (1/m) of films of the height h (m), tau_b (Pa) and eta v (Pa m)."""
     return strength / (height * strength + drag)

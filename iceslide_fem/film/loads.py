@@ -30,7 +30,7 @@ from iceslide_fem.film.in_stage import FilmOnIce
 from iceslide_fem.film.integrators import EVEN, InterfaceState, Step, Weights, error_norms
 from iceslide_fem.film.law import FilmHistory, FilmStage, log_shearing
 from iceslide_fem.film.limited_stage import freezing_stage, limited_stage
-from iceslide_fem.film.limiting_shear import LimitingShear
+from iceslide_fem.film.limiting_shear import LimitingShear, film_height
 from iceslide_fem.film.phase import Phase, Refreeze
 from iceslide_fem.film.rubber_heat import RubberHeat
 from iceslide_fem.film.viscosity import VariableViscosity
@@ -147,7 +147,7 @@ class FilmLoads(NamedTuple):
 
     def height(self, log_height: Array) -> Array:
         """h (m) from ln h, or from ln(h + s) with a limit."""
-        return np.exp(log_height) if self.limit is None else self.limit.height(log_height)
+        return film_height(log_height, self.limit)
 
     def internal_after(self, before: Array, stage: FilmStage) -> Array:
         """Internal variables after the `stage`, which were `before` at its start."""

@@ -36,11 +36,15 @@ class Passes(NamedTuple):
     between: Between
     carried: float = 1.0
 
+    def times(self, lasts: float) -> Array:
+        """Times (s) of columns with the layers of a pass that `lasts` (s), deep enough for all."""
+        return np.array([lasts, max(lasts, self.number * self.period)])
+
 
 def column_for(conditions: Conditions, passes: Passes, tolerance: float, ground: Any) -> Column:
     """Columns of ice with the layers of one pass, deep enough for all passes."""
     longest = float(conditions.duration.max())
-    times = np.array([float(conditions.duration.min()), passes.number * passes.period])
+    times = passes.times(float(conditions.duration.min()))
     column = Column(conditions.temperature, times, solid=conditions.solid, ground=ground)
     return column.condensed(CONDENSED * tolerance, longest / times[1])
 

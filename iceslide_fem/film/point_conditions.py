@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from iceslide_fem.film.contact_age import ContactAge
 from iceslide_fem.film.first_films import films_of
 from iceslide_fem.film.integrators import InterfaceState
-from iceslide_fem.film.limiting_shear import LimitingShear, ShearStrength
+from iceslide_fem.film.limiting_shear import LimitingShear, ShearStrength, film_height
 from iceslide_fem.film.loads import FilmLoads, film_loads
 from iceslide_fem.film.phase import Refreeze
 from iceslide_fem.film.viscosity import VariableViscosity
@@ -157,7 +157,7 @@ class Conditions(NamedTuple):
 
     def film_height(self, state: InterfaceState) -> Array:
         """h (m) of films, (n,)."""
-        return self.loads().height(state.log_height)
+        return film_height(state.log_height, self.limit)
 
     def untouched(self, n: int) -> Array:
         """No history of the contact."""

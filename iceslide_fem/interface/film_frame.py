@@ -52,6 +52,18 @@ class ContactLoads:
         return np.where(self.pressure > 0.0, self.area, 0.0)
 
 
+class Travel(NamedTuple):
+    """Of a block over the ice.
+
+    offset: on the grid of the window, m; distance: since t = 0, m; ahead: a window of the ice that
+    enters, None for that of the scene.
+    """
+
+    offset: float
+    distance: float
+    ahead: InterfaceState | None = None
+
+
 class Shifted(NamedTuple):
     """The interface after a shift of the window, and its water flows on all ranks.
 
@@ -245,18 +257,8 @@ class FilmFrame(Protocol):
     def water_areas(self, contact: ContactLoads) -> tuple[Array, Array]:
         """Area of each film's squeezed-out water below the rubber, and beside it, m2."""
 
-    def shift_window(
-        self,
-        state: InterfaceState,
-        offset: float,
-        distance: float,
-        ahead: InterfaceState | None = None,
-    ) -> Shifted:
-        """State and offset after the window has caught up with the block by whole cells.
-
-        distance: of the block over the ice since t = 0, m; ahead: a window of the ice that enters,
-        None for that of the scene.
-        """
+    def shift_window(self, state: InterfaceState, travel: Travel) -> Shifted:
+        """State and offset after the window has caught up with the block by whole cells."""
 
     def rested(
         self, state: InterfaceState, end: ContactLoads, start: ContactLoads, begins: PassBegin

@@ -8,7 +8,7 @@ from iceslide_fem.film.integrators import InterfaceState, advance
 from iceslide_fem.film.law import log_shearing
 from iceslide_fem.film.loads import FilmLoads
 from iceslide_fem.film.runge_kutta import Integrator
-from iceslide_fem.interface.film_frame import ContactLoads, InterfaceStep, Shifted, fresh
+from iceslide_fem.interface.film_frame import ContactLoads, InterfaceStep, Shifted, Travel, fresh
 from iceslide_fem.interface.moving_water import HALF, by_cells, flowing
 from iceslide_fem.interface.resting import PassBegin
 from iceslide_fem.interface.rubber_mesh import InsulatedOverGrid, RubberOverGrid
@@ -225,19 +225,13 @@ class OnIce:
         grid = self.ice.grid
         return np.asarray(grid.scatter(contact.touching, place(grid, contact)) / grid.cell_area)
 
-    def shift_window(
-        self,
-        state: InterfaceState,
-        offset: float,
-        distance: float,
-        ahead: InterfaceState | None = None,
-    ) -> Shifted:
+    def shift_window(self, state: InterfaceState, travel: Travel) -> Shifted:
         """Shift ice and films together; leaving ice takes its water along. Collective."""
         grid = self.ice.grid
-        cells, rest = whole_cells(grid, offset)
+        cells, rest = whole_cells(grid, travel.offset)
         if cells == 0:
-            return Shifted(state, offset)
-        ahead = ahead or self._untouched(self._fresh_height, distance - rest)
+            return Shifted(state, travel.offset)
+        ahead = travel.ahead or self._untouched(self._fresh_height, travel.distance - rest)
         before, column = grid.allgather(state.squeezed_height), grid.n_nodes // grid.shape[0]
         water = grid.allgather(ahead.squeezed_height)
         water[: -cells * column] = before[cells * column :]

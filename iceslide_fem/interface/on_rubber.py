@@ -10,7 +10,14 @@ from iceslide_fem.film.integrators import InterfaceState, Loads, advance
 from iceslide_fem.film.loads import MOLTEN
 from iceslide_fem.film.rubber_heat import INSULATED, Insulated, RubberColumns
 from iceslide_fem.film.runge_kutta import Integrator
-from iceslide_fem.interface.film_frame import ContactLoads, Ice, InterfaceStep, Shifted, fresh
+from iceslide_fem.interface.film_frame import (
+    ContactLoads,
+    Ice,
+    InterfaceStep,
+    Shifted,
+    Travel,
+    fresh,
+)
 from iceslide_fem.interface.resting import PassBegin
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Placement
 from iceslide_fem.interface.window import RECENT, PassingIce, passed_over, reaches, whole_cells
@@ -106,13 +113,7 @@ class Attached:
         """The area of the points, and zero beside the rubber."""
         return contact.area, np.zeros_like(contact.area)
 
-    def shift_window(
-        self,
-        state: InterfaceState,
-        offset: float,
-        distance: float,
-        ahead: InterfaceState | None = None,
-    ) -> Shifted:
+    def shift_window(self, state: InterfaceState, travel: Travel) -> Shifted:
         """The state unchanged: attached ice has no window."""
         return Shifted(state, 0.0)
 
@@ -213,20 +214,15 @@ class OnRubber(Attached):
         """Whether the window is below all touching points."""
         return reaches(self.ice.grid, contact)
 
-    def shift_window(
-        self,
-        state: InterfaceState,
-        offset: float,
-        distance: float,
-        ahead: InterfaceState | None = None,
-    ) -> Shifted:
+    def shift_window(self, state: InterfaceState, travel: Travel) -> Shifted:
         """Shift the ice; the films stay with the rubber. Collective."""
-        cells, rest = whole_cells(self.ice.grid, offset)
+        cells, rest = whole_cells(self.ice.grid, travel.offset)
         if cells == 0:
-            return Shifted(state, offset)
+            return Shifted(state, travel.offset)
         return Shifted(self._over_fresh_ice(state, cells), rest)
 
     def _over_fresh_ice(self, state: InterfaceState, cells: int) -> InterfaceState:
+        """The state after the window has moved by `cells`. Collective."""
         fresh = self.ice.initial(state.log_height.size)
         return state._replace(ice=self.ice.shifted(state.ice, cells, fresh))
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from iceslide_fem.film.integrators import InterfaceState
-from iceslide_fem.interface.film_frame import ContactLoads, Shifted
+from iceslide_fem.interface.film_frame import ContactLoads
 from iceslide_fem.interface.on_rubber import OnRubber
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, SurfaceGrid
-from iceslide_fem.interface.window import place, shifted, whole_cells
+from iceslide_fem.interface.window import place, shifted
 from iceslide_fem.laws.protocol import Sheared
 from iceslide_fem.laws.user_law import UserLaw
 from iceslide_fem.laws.user_stage import UserLoads
@@ -58,21 +58,11 @@ class UserLawOnIce(OnRubber):
         contacts = Contacts(place(self.ice.grid, contact), contact.touching)
         return Nodes(self.ice.grid, contacts).at_points(state.internal)
 
-    def shift_window(
-        self,
-        state: InterfaceState,
-        offset: float,
-        distance: float,
-        ahead: InterfaceState | None = None,
-    ) -> Shifted:
-        """Shift the ice with its variables. Collective."""
-        grid = self.ice.grid
-        cells, rest = whole_cells(grid, offset)
-        if cells == 0:
-            return Shifted(state, offset)
+    def _over_fresh_ice(self, state: InterfaceState, cells: int) -> InterfaceState:
+        """The ice takes its variables along. Collective."""
         first = np.array(self._law.internal_at_start)[:, None]
-        internal = shifted(grid, state.internal, cells, first)
-        return Shifted(self._over_fresh_ice(state, cells)._replace(internal=internal), rest)
+        internal = shifted(self.ice.grid, state.internal, cells, first)
+        return super()._over_fresh_ice(state, cells)._replace(internal=internal)
 
     def _acting(self, contact: ContactLoads, contacts: Contacts, age: Array) -> UserLoads:
         loads = self._law.loads(contact.pressure, contact.speed, age)

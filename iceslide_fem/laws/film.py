@@ -18,7 +18,12 @@ from iceslide_fem.film.contact_age import CONTACT_AREA, AnyContact, ContactAge, 
 from iceslide_fem.film.first_films import films_of
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.film.law import log_shearing
-from iceslide_fem.film.limiting_shear import SHEAR_STRENGTH, SLOWEST, LimitingShear
+from iceslide_fem.film.limiting_shear import (
+    SHEAR_STRENGTH,
+    SLOWEST,
+    LimitingShear,
+    film_height,
+)
 from iceslide_fem.film.loads import MOLTEN, FilmLoads, film_loads, viscosity_row
 from iceslide_fem.film.phase import Refreeze
 from iceslide_fem.film.shear_strength import shear_strength, shearing_height
@@ -230,9 +235,7 @@ class FilmLaw:
 
     def film_height(self, state: InterfaceState) -> Array:
         """h of every film (n,), m."""
-        if self.limit is None:
-            return np.asarray(np.exp(state.log_height))
-        return self.limit.height(state.log_height)
+        return film_height(state.log_height, self.limit)
 
     def height_at(self, state: InterfaceState, read: Callable[[Array], Array]) -> Array:
         """Mean h (m) of the films around points.

@@ -9,6 +9,7 @@ import numpy as np
 
 from iceslide_fem.film.doubts import doubts, unbalanced
 from iceslide_fem.film.point_result import PointResult
+from iceslide_fem.laws.protocol import InterfaceLaw
 from iceslide_fem.laws.table import law_of
 from iceslide_fem.output.table import HistoryRow, PassRow
 from iceslide_fem.runs.entering import rows_over_ageing
@@ -31,9 +32,15 @@ def point_history(
     law = law_of(scene)
     if scene.several_passes:
         rows, entries = passes_history(scene, law, observe)
-        missing = rows[-1].energy_imbalance
-        entries["warnings"] += unbalanced(missing, "the largest energy")
-        return rows, entries | {"energy_imbalance": missing}
+    else:
+        rows, entries = _one_history(scene, law)
+    missing = rows[-1].energy_imbalance
+    entries["warnings"] += unbalanced(missing, "the largest energy")
+    return rows, entries | {"energy_imbalance": missing}
+
+
+def _one_history(scene: Scene, law: InterfaceLaw) -> tuple[list[HistoryRow], dict[str, Any]]:
+    """Rows and results of one pass."""
     passes = scene.ice.motion == "sliding"
     ages = passes and law.untouched(1).size > 0
     rows, result = rows_over_ageing(scene, law) if ages else one_pass(scene, law, ice_of(scene))
@@ -47,9 +54,7 @@ def point_history(
     if passes:
         rows = rows if ages else block_rows(rows, scene)
         entries |= mean_summary(rows)
-    missing = rows[-1].energy_imbalance
-    entries["warnings"] += unbalanced(missing, "the largest energy")
-    return rows, entries | {"energy_imbalance": missing}
+    return rows, entries
 
 
 def point_doubts(result: PointResult, number: int, dry: bool) -> list[str]:

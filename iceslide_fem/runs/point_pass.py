@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import reduce
+
 import numpy as np
 
 from iceslide_fem.film.conditions import FIXED_STEPS, exposure, ice_model, rubber_columns
@@ -16,6 +19,7 @@ from iceslide_fem.laws.points import LawDrive
 from iceslide_fem.laws.protocol import InterfaceLaw
 from iceslide_fem.output.table import HistoryRow, row_of
 from iceslide_fem.output.water import PointWater
+from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.launch import rank
 from iceslide_fem.runtime.terminal import LongTask
 from iceslide_fem.runtime.units import ZERO_CELSIUS
@@ -96,17 +100,23 @@ class PointRows:
         self.rows.append(row._replace(energy_imbalance=imbalance(row, self._scene.ice.solid)))
 
 
-def imbalance(row: HistoryRow, ice: Solid) -> float:
-    """Error of the energy balance of a point over its largest energy.
+def imbalances(work: Array | float, heats: Sequence[Array | float], there: Array | float) -> Array:
+    """Errors of energy balances of points over their largest energies, any shape.
 
-    That is the friction work, the heat of a body, or the latent heat of the water in film and
-    voids, of which steps lose a fraction.
+    work: of friction; heats: into ice, rubber and melting; there: latent heat of the water in film
+    and voids, of which steps lose a fraction. Any unit.
     """
+    largest = reduce(np.maximum, [work, there, *map(np.abs, heats)])
+    missing = np.asarray(work - sum(heats), dtype=float)
+    return np.divide(missing, largest, out=np.zeros_like(missing), where=largest > 0.0)
+
+
+def imbalance(row: HistoryRow, ice: Solid) -> float:
+    """That of a row."""
     heats = row.ice_heat_J, row.rubber_heat_J, row.latent_heat_J
     area, film = row.normal_force_N / row.nominal_pressure_Pa, np.nan_to_num(row.film_height_m)
     there = ice.melting_enthalpy * (area * film + row.water_below_m3)
-    largest = max(row.friction_work_J, there, *map(abs, heats))
-    return float((row.friction_work_J - sum(heats)) / largest) if largest else 0.0
+    return float(imbalances(row.friction_work_J, heats, there))
 
 
 def first_state(

@@ -122,14 +122,12 @@ def passes_history(
     conditions, passes = scene_conditions(scene), scene_passes(scene)
     ice = column_for(conditions, passes, scene.numerics.tolerance, ice_model(scene))
     height, lasts = scene.initial_height, exposure(scene)
-    times = np.array([lasts, passes.number * passes.period])
-    rubber = rubber_columns(scene, times)
+    rubber = rubber_columns(scene, passes.times(lasts))
     state, rows, found = first_state(scene, law, ice, rubber), list[HistoryRow](), list[PassRow]()
     with LongTask(passes.number, shown=rank() == 0) as task:
         for number in range(1, passes.number + 1):
             began = float(ice.surface_temperature(state.ice)[0])
-            begin = None if number == 1 else state
-            history, end = one_pass(scene, law, ice, begin, False, rubber)
+            history, end = one_pass(scene, law, ice, state, False, rubber)
             if scene.ice.motion == "sliding":
                 history = block_rows(history, scene)
             first = (number - 1) * passes.period

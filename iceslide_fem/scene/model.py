@@ -82,12 +82,6 @@ class Scene(Tables):
         return "area" if self.ice.is_wet and with_ice else "nothing"
 
     @property
-    def rubber_temperature(self) -> float:
-        """Temperature of the rubber at t = 0, K: its own, or that of the ice."""
-        own = self.rubber.temperature
-        return self.ice.temperature if own is None else own
-
-    @property
     def between(self) -> Literal["drain", "nothing", "film", "all"]:
         """Which water freezes between passes, or that all of it is gone.
 

@@ -44,6 +44,12 @@ class Tables(Table):
     numerics: Numerics = Numerics()
     output: Output = Output()
 
+    @property
+    def rubber_temperature(self) -> float:
+        """Temperature of the rubber at t = 0, K: its own, or that of the ice."""
+        own = self.rubber.temperature
+        return self.ice.temperature if own is None else own
+
 
 def check_contradictions(scene: Tables) -> None:
     """Raise ValueError with the first contradiction between tables of the `scene`."""
@@ -128,8 +134,7 @@ def _water_has_its_frame(scene: Tables) -> None:
 
 def _rubber_relaxes_here(scene: Tables) -> None:
     """Raise ValueError if the time-temperature shift is unknown at the rubber's temperature."""
-    relaxation, own = scene.rubber.relaxation, scene.rubber.temperature
-    temperature = scene.ice.temperature if own is None else own
+    relaxation, temperature = scene.rubber.relaxation, scene.rubber_temperature
     shift = None if relaxation is None else relaxation.shift
     if isinstance(shift, Shift) and not np.isfinite(shift(temperature)):
         given = "dma" if scene.rubber.wlf is None else "wlf"

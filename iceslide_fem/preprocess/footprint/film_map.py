@@ -53,16 +53,18 @@ def film_map(
     called with the finished fraction of the pixels in contact, of every pass; slides: where rubber
     slides, (ny, nx), by default everywhere in contact. Raises SimulationStopped if a step fails.
     """
-    start, number = None, ride.passes.number
+    number = ride.passes.number
 
     def told(done: int, part: float) -> None:
         tell((done + part) / number)
 
-    for done in range(number):
+    def passed(done: int, start: Start | None) -> Passed:
         settings = contact_of, tolerance, ice, partial(told, done), slides, start
-        found = one_pass(footprint, ride, *settings)
-        if number > 1:
-            start = start_after(found, footprint, ride, tolerance, ice)
+        return one_pass(footprint, ride, *settings)
+
+    found = passed(0, None)
+    for done in range(1, number):
+        found = passed(done, start_after(found, footprint, ride, tolerance, ice))
     return found.films
 
 
@@ -134,7 +136,7 @@ def _ice(
     if ride.passes.number == 1:
         column = ice(ride.temperature, transit, solid=ride.solid, ground=ride.ground)
         return column.condensed(CONDENSED * tolerance)
-    times = np.array([transit, max(transit, ride.passes.number * ride.passes.period)])
+    times = ride.passes.times(transit)
     column = ice(ride.temperature, times, solid=ride.solid, ground=ride.ground)
     return column.condensed(CONDENSED * tolerance, transit / times[1])
 

@@ -13,7 +13,7 @@ from iceslide_fem.film.contact_age import ContactAge, contact_age
 from iceslide_fem.film.first_films import films_of
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import InterfaceState
-from iceslide_fem.film.limiting_shear import LimitingShear
+from iceslide_fem.film.limiting_shear import LimitingShear, film_height
 from iceslide_fem.film.passes import Passes
 from iceslide_fem.film.phase import Refreeze
 from iceslide_fem.film.rubber_heat import INSULATED, HalfFilm, Insulated, RubberColumns, RubberHeat
@@ -236,8 +236,7 @@ class Ride(NamedTuple):
 
     def film_height(self, state: InterfaceState) -> Array:
         """h (m) of films, (n,)."""
-        limit = self.limit
-        return np.exp(state.log_height) if limit is None else limit.height(state.log_height)
+        return film_height(state.log_height, self.limit)
 
     def untouched(self, n: int) -> Array:
         """No history of the contact: `AgedPath` has that of the rubber."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -17,8 +18,8 @@ class Slid(NamedTuple):
     """Results of sliding pixels, (n, nx), the first column at the leading edge.
 
     stress: friction at both ends, Pa; at the exit: temperature of the ice's surface, K; height of
-    the film, m, NaN for a law without films; melting, saturated: masks of the switches. ahead: the
-    lines ahead of the next pass, None without one.
+    the film, m, NaN for a law without films; melting, saturated: masks of the switches. ahead:
+    makes the lines ahead of the next pass, None without films.
     """
 
     stress: Ends
@@ -26,7 +27,7 @@ class Slid(NamedTuple):
     height: Array
     melting: Mask
     saturated: Mask
-    ahead: Start | None = None
+    ahead: Callable[[], Start] | None = None
 
     def lines(self, some: slice) -> Slid:
         """The results of `some` of the lines."""

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -42,7 +44,8 @@ class FilmContact:
 
     def after(self, slid: Slid) -> FilmContact:
         """The contact of the next pass."""
-        return replace(self, start=slid.ahead)
+        assert slid.ahead is not None  # of films
+        return replace(self, start=slid.ahead())
 
     def onset(self, pressure: Array, dx: float, passing: float, speed: Array) -> Onset:
         """k eta v / (h + h_b), with the film, the water and the age of contact that has stuck."""
@@ -72,17 +75,15 @@ class FilmContact:
 
     def _films(
         self, pressure: Array, slides: Mask, dx: float, ride: Ride
-    ) -> tuple[FilmMap, Start | None]:
-        """Films of this pass, and the lines ahead of the next one."""
+    ) -> tuple[FilmMap, Callable[[], Start]]:
+        """Films of this pass, and what makes the lines ahead of the next one."""
         footprint = PressureMap(pressure[:, ::-1], dx, dx)
         found = one_pass(
             footprint, ride, self.contact_of, self.tolerance, slides=slides[:, ::-1],
             start=self.start,
         )  # fmt: skip
         films = FilmMap._make(field[:, ::-1] for field in found.films)
-        if self.passes == 1:
-            return films, None
-        return films, start_after(found, footprint, ride, self.tolerance)
+        return films, partial(start_after, found, footprint, ride, self.tolerance)
 
     def _stress(
         self, pressure: Array, films: FilmMap, contact: Contact, ride: Ride, speed: Array

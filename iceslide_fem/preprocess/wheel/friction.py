@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -73,9 +74,11 @@ def friction(
     with np.errstate(divide="ignore"):
         memory = tread.memory(dx / passing_of_tread)
     lines_seen, stress = np.concatenate(seen), tread.stiffness * dx * rise
-    for _ in range(contact.passes):
-        traction, slid = _brush(lines_seen, dx, passing, stress, speed, contact, memory)
+    brush = partial(_brush, lines_seen, dx, passing, stress, speed, memory)
+    traction, slid = brush(contact)
+    for _ in range(1, contact.passes):
         contact = contact.after(slid)
+        traction, slid = brush(contact)
 
     def of(number: int) -> SlipPoint:
         some = slice(number * lines, (number + 1) * lines)
@@ -119,8 +122,8 @@ def _brush(
     passing: float,
     rise: Array,
     speed: Array,
-    contact: SlidingContact,
     memory: Memory,
+    contact: SlidingContact,
 ) -> tuple[Traction, Slid]:
     """Bristle stress and sliding contact of lines (n, nx), leading edge first.
 

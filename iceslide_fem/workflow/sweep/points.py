@@ -13,6 +13,7 @@ from iceslide_fem.film.point import Conditions, Record, simulate
 from iceslide_fem.film.shear_strength import shear_strength
 from iceslide_fem.output.table import PassRow
 from iceslide_fem.runs.point import point_doubts, point_history, point_summary
+from iceslide_fem.runs.point_pass import imbalances
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.scene import Scene
@@ -139,7 +140,7 @@ def _together(scenes: list[Scene]) -> list[CaseResult]:
     parts = [scene_conditions(scene) for scene in scenes]
     conditions = Conditions.together(parts)
     times = np.linspace(0.0, scenes[0].load.duration, SAMPLES)
-    work, heat = np.zeros((2, len(scenes)))  # J/m2, without latent heat
+    work, into_ice, into_rubber = np.zeros((3, len(scenes)))  # J/m2
 
     settings = simulation_settings(scenes[0])
     loading = settings["loading"]
@@ -149,7 +150,8 @@ def _together(scenes: list[Scene]) -> list[CaseResult]:
     def add(record: Record) -> None:
         step, at = record.step, record.places
         work[record.points] += step.friction_work[at]
-        heat[record.points] += step.ice_heat[at] + step.rubber_heat[at]
+        into_ice[record.points] += step.ice_heat[at]
+        into_rubber[record.points] += step.rubber_heat[at]
         if heights is not None:
             heights.add(record)
 
@@ -164,13 +166,12 @@ def _together(scenes: list[Scene]) -> list[CaseResult]:
         height[:, -1] = result.film_height
     there = result.film_height + result.squeezed_height
     latent, melted = conditions.solid.melting_enthalpy, there - conditions.initial_height
-    missing = work - heat - latent * melted
-    largest = np.maximum.reduce([work, np.abs(heat), latent * there])
+    missing = imbalances(work, (into_ice, into_rubber, latent * melted), latent * there)
     wall = (monotonic() - started) / len(scenes)
     outcomes = []
     for i in range(len(scenes)):
         entries = point_summary(result, i) | {
-            "energy_imbalance": float(missing[i] / largest[i]),
+            "energy_imbalance": float(missing[i]),
             "wall_s": wall,
             "warnings": point_doubts(result, i, conditions.limit is not None),
             "versions": versions(),
