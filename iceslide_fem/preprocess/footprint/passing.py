@@ -37,22 +37,20 @@ from iceslide_fem.scene.contact_table import ConstantContact, ContactTable
 METHOD = INTEGRATORS["sdirk2"]
 # Relative to a pixel's time: the shortest step, and the rounding of the rest.
 SHORTEST, SLACK = 1e-12, 1e-6
-YOUNGEST = 1e-2  # the first step where water meets cold ice, or cold rubber warm ice
+YOUNGEST = 1e-2  # the first step where water meets cold ice
 
 
 class Path(NamedTuple):
     """Pixels in contact, line by line in the order of passage; arrays (n,).
 
-    line, column: of the map; pressure: Pa; enters: whether contact begins there; resumes: whether
-    it begins again, behind a gap; behind: number of following pixels without contact; passing: time
-    per pixel, dx / V, s.
+    line, column: of the map; pressure: Pa; enters: whether contact begins there; behind: number of
+    following pixels without contact; passing: time per pixel, dx / V, s.
     """
 
     line: Index
     column: Index
     pressure: Array
     enters: Mask
-    resumes: Mask
     behind: Index
     passing: float
 
@@ -63,9 +61,8 @@ class Path(NamedTuple):
         column = pressure.shape[1] - 1 - steps
         last = np.diff(line, append=-1) != 0
         behind = np.where(last, column, column - np.append(column[1:], 0) - 1)
-        resumes = np.append(False, ~last[:-1] & (behind[:-1] > 0))
-        enters = np.append(True, last[:-1]) | resumes
-        return cls(line, column, pressure[line, column], enters, resumes, behind, passing)
+        enters = np.append(True, last[:-1] | (behind[:-1] > 0))
+        return cls(line, column, pressure[line, column], enters, behind, passing)
 
 
 class FilmMap(NamedTuple):
@@ -179,7 +176,6 @@ def films_along(
             meets = arrives[path.enters[pixel]]
             if not insulated:
                 state.rubber[:, meets] = 0.0
-                dt[arrives[path.resumes[pixel]]] = YOUNGEST * passing
             if ride.refreeze == "area":  # water meets cold ice
                 dt[meets], state.internal[MOLTEN, meets] = YOUNGEST * passing, 0.0
             for work in works:
@@ -187,9 +183,6 @@ def films_along(
         trial = left / np.ceil(left / dt - SLACK)
         begin, end = (load, load) if aged is None else aged.over(at, passing - left, trial)
         step, good, dt = control.trial(state, begin, end, trial, ice, scale, rubber, rate)
-        if not insulated:
-            # Surfaces of two temperatures meet: a shorter step has no smaller error.
-            good |= path.resumes[at] & (left == passing) & np.isfinite(step.state.log_height)
         bad = np.flatnonzero(~good)
         if bad.size and dt[bad].min() < SHORTEST * passing:
             raise SimulationStopped(
