@@ -2,9 +2,9 @@
 
 First the film map of lines of one pressure each, and of a Gaussian line, against the same lines as
 points under the same pressures over time, in steps of a pixel at most, because a line has results
-of every pixel: processor seconds and mean mu. Points end steps on melt onset and on saturation. Then
-a wheel's Gaussian line of 120 mm on 10 um of water at -6 degC, whose water freezes by area or stays
-liquid. --quick: short lines, and one slip ratio.
+of every pixel: processor seconds and mean mu. Points end steps on melt onset and on saturation.
+Then a wheel's Gaussian line of 120 mm on 10 um of water at -6 degC, whose water freezes by area or
+stays liquid. --quick: short lines, and one slip ratio.
 """
 
 from __future__ import annotations
