@@ -4,6 +4,7 @@ venv=.venv
 [ -x .venv/bin/iceslide ] || venv=.venv-pip
 export PATH="$PWD/$venv/bin:$PATH"
 export OMP_NUM_THREADS=1
+unset PYTHONDONTWRITEBYTECODE # else every process compiles a thousand modules anew
 # OpenBLAS knows processors by name: on one newer than itself it goes back to kernels without AVX.
 if [ -z "${OPENBLAS_CORETYPE:-}" ] && grep -qm1 avx512vl /proc/cpuinfo 2>/dev/null; then
     export OPENBLAS_CORETYPE=SkylakeX

@@ -14,12 +14,15 @@ from collections.abc import Sequence
 from typing import Any
 
 from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.launch import started_by_mpirun
 
 
 def start_mpi() -> Any:
     """mpi4py's module `MPI`, which starts MPI. Raises ImportError without it."""
     # Else Open MPI's hwloc prints a warning in containers without /sys.
     os.environ.setdefault("HWLOC_HIDE_ERRORS", "2")
+    if not started_by_mpirun():  # one process needs no network; a search for one takes long
+        os.environ.setdefault("OMPI_MCA_pml", "ob1")
     with contextlib.suppress(ModuleNotFoundError):
         # the PyPI wheel has to load its own MPI before anything else does
         importlib.import_module("dolfinx_solver")

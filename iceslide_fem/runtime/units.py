@@ -36,7 +36,11 @@ _PART = re.compile(
 
 @cache
 def _registry() -> pint.UnitRegistry:
-    return pint.UnitRegistry()
+    """Pint's units; it keeps their definitions, which take long to read, in the user's cache."""
+    try:
+        return pint.UnitRegistry(cache_folder=":auto:")
+    except Exception:  # a cache that cannot be written, or that another process is writing
+        return pint.UnitRegistry()
 
 
 @lru_cache(maxsize=4096)

@@ -259,4 +259,4 @@ def _plotly() -> str:
 
 
 def _packed(content: bytes) -> str:
-    return base64.b64encode(gzip.compress(content, 6, mtime=0)).decode()
+    return base64.b64encode(gzip.compress(content, 3, mtime=0)).decode()

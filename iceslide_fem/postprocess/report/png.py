@@ -48,7 +48,7 @@ def figure_of(parts: Sequence[Chart | HeatMap]) -> Figure:
     panels = list(figure.subplots(rows, columns, squeeze=False).flat)
     for panel, part in zip(panels, parts, strict=False):
         panel.set(xlabel=part.x, ylabel=part.y)
-        panel.set_title(part.title, fontsize=11)
+        panel.set_title(part.title, fontsize=11, y=1.0)  # its own place takes long to find
         panel.locator_params(nbins=TICKS)
         if isinstance(part, HeatMap):
             _map(panel, part)

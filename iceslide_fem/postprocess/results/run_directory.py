@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import xml.etree.ElementTree as ET
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -237,12 +238,19 @@ def field_parts(directory: Path, name: str) -> list[tuple[float, list[Path]]]:
 
 def read_table(path: Path) -> dict[str, Array]:
     """Columns of a table that a run wrote, by their names. Raises OSError, ValueError."""
-    import pandas as pd  # takes long to import
-
-    if not path.read_bytes().endswith(b"\n"):
+    text = path.read_text(encoding="utf-8")
+    if not text.endswith("\n"):
         raise ValueError(f"the last row of {path.name} is not whole")
-    table = pd.read_csv(path, index_col=False, float_precision="round_trip")
-    if table.iloc[:, -1].isna().any():
+    heading, *rows = csv.reader(text.splitlines())
+    if not all(len(row) == len(heading) and row[-1] for row in rows):
         raise ValueError(f"a row of {path.name} is not whole")
-    integers = {name: float for name in table.select_dtypes("integer")}
-    return {str(name): column.to_numpy() for name, column in table.astype(integers).items()}
+    columns = zip(*rows, strict=True) if rows else [()] * len(heading)
+    return dict(zip(heading, map(_values, columns), strict=True))
+
+
+def _values(cells: Sequence[str]) -> Array:
+    """The numbers in a column of a table, or its texts if they are none."""
+    try:
+        return np.array([cell or "nan" for cell in cells], dtype=float)
+    except ValueError:
+        return np.array(cells, dtype=object)
