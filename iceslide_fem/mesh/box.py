@@ -187,7 +187,7 @@ def block_grid(block: BlockShape, refinement: float) -> Grid:
     """Lines of the straight `block`."""
     cells, size = reference_cells(block, refinement)
     edge = _edge_cells(block, cells[0], refinement)
-    steepest = STEEPEST[len(cells)] / max(refinement, 1.0)
+    steepest = STEEPEST[len(cells)] / refinement
     gradings = [Grading(cell, size, edge, steepest) for cell in cells]
     waves = [slot.wave for slot in block.slots if slot.wave]
     columns = _spans(block.ranges[0], block.slots, gradings[0], False)
@@ -234,7 +234,7 @@ def _edge_cells(block: BlockShape, cell: float, refinement: float) -> EdgeCells 
     if block.edge == 0.0:
         return None
     dimension = len(block.ranges) + 1
-    fewest = math.ceil(FEWEST_OF_ARC[dimension] * max(refinement, 1.0))
+    fewest = math.ceil(FEWEST_OF_ARC[dimension] * refinement)
     largest = CELL_OF_ARC[dimension] * EDGE_CELL * cell
     arc = max(fewest, math.ceil(math.pi / 4 * block.edge / largest))
     return EdgeCells(block.edge, arc, max(1, round(LAYER_FRACTION * 2 * arc)))

@@ -16,7 +16,7 @@ from iceslide_fem.runtime.files import replace_end, replace_file, replacing, wri
 def write_vtu(path: Path, grid: Grid) -> None:
     """Write a grid to `path` atomically: single precision values, double precision points.
 
-    Raises OutputError.
+    Not compressed: half of the space would take a tenth of a run. Raises OutputError.
     """
     mesh = meshio.Mesh(
         grid.points,
@@ -25,7 +25,7 @@ def write_vtu(path: Path, grid: Grid) -> None:
         {name: [values.astype(np.float32)] for name, values in grid.cell_data.items()},
     )
     with replacing(path) as temporary:
-        meshio.vtu.write(temporary, mesh)
+        meshio.vtu.write(temporary, mesh, compression=None)
 
 
 _FIRST = b'<?xml version="1.0"?>\n<VTKFile type="Collection" version="1.0">\n  <Collection>\n'

@@ -20,7 +20,7 @@ FACING = -0.5  # facets face each other if the product of their normals is below
 # Number of candidate facets, by the distance of their centres.
 NEIGHBOURS = {"interval": 5, "quadrilateral": 12, "triangle": 20}
 PROJECTIONS = 30
-CONVERGED = 1e-13  # change of a facet's coordinates
+CONVERGED = 1e-9  # change of a facet's coordinates; the error is of the order of its square
 BULGE = 0.2  # of its size: upper bound of a facet's curvature
 SLIPPED_OFF = 0.7  # a point is beside the end of a wall if the cosine to its normal is below this
 # Unit normals of a facet's rim in reference coordinates, and the rim's distances along them.
@@ -115,7 +115,34 @@ class FacingWalls:
         positions: deformed nodes (F, a, d), m; everywhere: for all points, else only for points
         near enough to penetrate a wall.
         """
-        slave, point, facet = self._candidates(positions, x, everywhere)
+        return self._among(self._candidates(positions, x, everywhere), positions, x)
+
+    def smallest_opening(self, positions: Array, x: Array) -> float:
+        """Smallest distance (m) of the points `x` (F, q, d) from facing walls, as `nearest`.
+
+        Only facets are searched that may be as near to a point as the nearest node is to any.
+        Infinite without facing walls.
+        """
+        slave, point, facet = self._candidates(positions, x, True)
+        least, most = self._bounds(positions, x[slave, point], facet)
+        near = least <= most.min(initial=np.inf)
+        found = self._among((slave[near], point[near], facet[near]), positions, x)
+        return float(found.opening.min(initial=np.inf))
+
+    def _bounds(self, positions: Array, at: Array, facet: Index) -> tuple[Array, Array]:
+        """Bounds (m) of the distances of points `at` (P, d) from facets: the lower one by a sphere
+        around the facet, the upper one by its nodes.
+        """
+        nodes = positions[facet]
+        centres = nodes.mean(axis=1)
+        size = np.sqrt(((nodes - centres[:, None]) ** 2).sum(axis=2).max(axis=1))
+        apart = np.sqrt(((at[:, None] - nodes) ** 2).sum(axis=2).min(axis=1))
+        middle = np.sqrt(((at - centres) ** 2).sum(axis=1))
+        return middle - (1.0 + BULGE) * size, apart
+
+    def _among(self, candidates: tuple[Index, Index, Index], positions: Array, x: Array) -> Pressing:
+        """The nearest points among the `candidates`."""
+        slave, point, facet = candidates
         at = x[slave, point]
         place, ways = self._project(at, positions[facet])
         shape, slopes, bends = self._facets.tabulate(place)
@@ -161,7 +188,12 @@ class FacingWalls:
             normal = _outwards(sides, self._facets.sign)
             away = x[slave, point] - centres[facet]
             kept &= np.einsum("pd,pd->p", away, normal[facet]) < BULGE * size[facet]
-        return slave[kept], point[kept], facet[kept]
+        slave, point, facet = slave[kept], point[kept], facet[kept]
+        least, most = self._bounds(positions, x[slave, point], facet)
+        number, nearest = slave * x.shape[1] + point, np.full(x.shape[0] * x.shape[1], np.inf)
+        np.minimum.at(nearest, number, most)
+        near = least <= nearest[number]
+        return slave[near], point[near], facet[near]
 
     def _face_each_other(self, one: Index, other: Index) -> Mask:
         """Whether two facets face each other in the undeformed body."""

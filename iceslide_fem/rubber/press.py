@@ -24,8 +24,8 @@ from iceslide_fem.scene.materials import BAR
 
 # The first load, as a strain, and the first path parameter towards the sliding speed. Smaller
 # values need more solves; larger ones fail or need many tangents where sharp edges fold.
-FIRST_STRAIN = 0.075
-FIRST_RAMP = 0.65
+FIRST_STRAIN = 0.05
+FIRST_RAMP = 0.4
 SMALLEST_PATH_STEP = 1e-3
 EASY_ITERATIONS = 6
 # A lowered plate: step over the height; end at this fraction of the largest load, at this depth, or

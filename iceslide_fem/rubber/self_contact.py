@@ -212,8 +212,10 @@ class SelfContact:
         Negative for penetration, infinite without facing walls.
         """
         positions = self.deformed(u)
-        found = self._facing.nearest(positions, self._points(positions), everywhere=True)
-        return float(found.opening.min(initial=np.inf))
+        inside = self.pressing_at(positions).opening
+        if inside.size:
+            return float(inside.min())
+        return self._facing.smallest_opening(positions, self._points(positions))
 
     def pressure(self, u: Array) -> tuple[Array, Array]:
         """Positions (n, d), m, of points in contact, and their pressures (n,), Pa. Collective.
