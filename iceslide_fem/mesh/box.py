@@ -34,13 +34,13 @@ LARGEST_CELL = 4.0
 # refined meshes, up to the full size. A change to the slope of a sharp edge at EDGE_CELL takes 1.4
 # times the unknowns in a slice and changes the mean of mu by 0.02 %. In a cube it takes 2.4 times
 # the unknowns and moves the mean 1 % away from that of a finer mesh (100 um).
-STEEPEST = {2: 0.3, 3: 1.0}
+STEEPEST = {2: 0.2, 3: 1.0}
 # A cut edge of radius r has special cells within ZONE r of the corner that it replaces. The lowest
 # LAYER r of them form a layer along the edge.
 ZONE, LAYER = 2.0, 0.6
 LAYER_FRACTION = 0.4  # cells across that layer over cells along half of it
 # Cells on half of an arc (more on refined meshes), and their largest size in cells of an edge.
-FEWEST_OF_ARC, CELL_OF_ARC = {2: 2, 3: 1}, {2: 0.75, 3: 1.0}
+FEWEST_OF_ARC, CELL_OF_ARC = {2: 1, 3: 1}, {2: 0.75, 3: 1.0}
 CELLS_OF_A_WAVE, FEWEST_OF_A_WAVE = 8.0, 4.0
 
 

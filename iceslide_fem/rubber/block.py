@@ -28,7 +28,7 @@ from iceslide_fem.rubber.element import Energy, stored_energy
 from iceslide_fem.rubber.failure import Posture, Slenderness, limit_met, most_slender, posture
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 from iceslide_fem.rubber.loaded_block import Equilibrium, TractionLaw
-from iceslide_fem.rubber.newton import Solution
+from iceslide_fem.rubber.newton import PATIENT, Patience, Solution
 from iceslide_fem.rubber.self_contact_friction import StickPoints
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError, SimulationStopped
@@ -78,7 +78,12 @@ class Block:
         return contact_state(self.surface, self.rubber.displacements, self.equilibrium.penalty)
 
     def balance(
-        self, law: TractionLaw, load: float = 1.0, friction: float = np.inf, slip: float = np.inf
+        self,
+        law: TractionLaw,
+        load: float = 1.0,
+        friction: float = np.inf,
+        slip: float = np.inf,
+        patience: Patience = PATIENT,
     ) -> Solution:
         """Find equilibrium under `load` times the plate's force. Raises NotConverged.
 
@@ -91,7 +96,7 @@ class Block:
             scale = min(scale, FRICTION_SHARE * friction)
         stiffness = self.scene.mooney_rivlin.shear_modulus * self.area / self.height
         residual = min(self._tolerance * scale, SLIP_SHARE * stiffness * slip)
-        return self.equilibrium.solve(force, law, residual)
+        return self.equilibrium.solve(force, law, residual, patience)
 
     def balance_under_held_plate(self, law: TractionLaw) -> Solution:
         """Find equilibrium with the plate held at its present position. Raises NotConverged."""

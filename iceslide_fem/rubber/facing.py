@@ -19,6 +19,7 @@ from iceslide_fem.runtime.arrays import Array, Index, Mask
 FACING = -0.5  # facets face each other if the product of their normals is below this
 # Number of candidate facets, by the distance of their centres.
 NEIGHBOURS = {"interval": 5, "quadrilateral": 12, "triangle": 20}
+MOVED = 0.2  # of the smallest facet's size: by so much nodes move before neighbours are listed anew
 PROJECTIONS = 30
 CONVERGED = 1e-9  # change of a facet's coordinates; the error is of the order of its square
 BULGE = 0.2  # of its size: upper bound of a facet's curvature
@@ -108,6 +109,10 @@ class FacingWalls:
         main = np.abs(facets.outwards).argmax(axis=1)
         way = np.take_along_axis(facets.outwards, main[:, None], axis=1)[:, 0] > 0.0
         self._side = 2 * main + way  # facets with similar normals
+        sizes = np.linalg.norm(facets.nodes - self._middle[:, None], axis=2).max(axis=1)
+        self._reach = MOVED * float(sizes.min(initial=np.inf))
+        none = np.zeros(0, dtype=np.intp)
+        self._listed: tuple[Array | None, tuple[Index, Index, Index]] = None, (none, none, none)
 
     def nearest(self, positions: Array, x: Array, everywhere: bool) -> Pressing:
         """Nearest points on facing walls to the points `x` (F, q, d), m.
@@ -140,7 +145,9 @@ class FacingWalls:
         middle = np.sqrt(((at - centres) ** 2).sum(axis=1))
         return middle - (1.0 + BULGE) * size, apart
 
-    def _among(self, candidates: tuple[Index, Index, Index], positions: Array, x: Array) -> Pressing:
+    def _among(
+        self, candidates: tuple[Index, Index, Index], positions: Array, x: Array
+    ) -> Pressing:
         """The nearest points among the `candidates`."""
         slave, point, facet = candidates
         at = x[slave, point]
@@ -165,8 +172,28 @@ class FacingWalls:
         self, positions: Array, x: Array, everywhere: bool
     ) -> tuple[Index, Index, Index]:
         """Triples of slave facet, its point, and a candidate for the nearest facing facet."""
+        listed, (slave, point, facet) = self._listed
+        if listed is None or np.abs(positions - listed).max(initial=0.0) > self._reach:
+            slave, point, facet = self._neighbours(positions, x)
+            self._listed = positions, (slave, point, facet)
         centres, dim = positions.mean(axis=1), x.shape[2]
-        triples = []
+        if not everywhere:
+            size = np.linalg.norm(positions - centres[:, None], axis=2).max(axis=1)
+            sides = positions[:, 1:dim] - positions[:, :1]  # from the first corner
+            normal = _outwards(sides, self._facets.sign)
+            away = x[slave, point] - centres[facet]
+            kept = np.einsum("pd,pd->p", away, normal[facet]) < BULGE * size[facet]
+            slave, point, facet = slave[kept], point[kept], facet[kept]
+        least, most = self._bounds(positions, x[slave, point], facet)
+        number, nearest = slave * x.shape[1] + point, np.full(x.shape[0] * x.shape[1], np.inf)
+        np.minimum.at(nearest, number, most)
+        near = least <= nearest[number]
+        return slave[near], point[near], facet[near]
+
+    def _neighbours(self, positions: Array, x: Array) -> tuple[Index, Index, Index]:
+        """Triples of slave facet, its point, and a facet near it that faces it."""
+        centres, dim = positions.mean(axis=1), x.shape[2]
+        triples = [np.zeros((3, 0), dtype=np.intp)]
         for side in np.unique(self._side):
             slaves, masters = (np.flatnonzero(self._side == s) for s in (side, side ^ 1))
             if not len(masters):
@@ -178,22 +205,9 @@ class FacingWalls:
             number = np.repeat(np.arange(len(points)), count)
             one = [slaves[number // x.shape[1]], number % x.shape[1], facet.ravel()]
             triples.append(np.stack(one))
-        if not triples:
-            return (np.zeros(0, dtype=np.intp),) * 3
         slave, point, facet = np.concatenate(triples, axis=1)
         kept = self._face_each_other(slave, facet)
-        if not everywhere:
-            size = np.linalg.norm(positions - centres[:, None], axis=2).max(axis=1)
-            sides = positions[:, 1:dim] - positions[:, :1]  # from the first corner
-            normal = _outwards(sides, self._facets.sign)
-            away = x[slave, point] - centres[facet]
-            kept &= np.einsum("pd,pd->p", away, normal[facet]) < BULGE * size[facet]
-        slave, point, facet = slave[kept], point[kept], facet[kept]
-        least, most = self._bounds(positions, x[slave, point], facet)
-        number, nearest = slave * x.shape[1] + point, np.full(x.shape[0] * x.shape[1], np.inf)
-        np.minimum.at(nearest, number, most)
-        near = least <= nearest[number]
-        return slave[near], point[near], facet[near]
+        return slave[kept], point[kept], facet[kept]
 
     def _face_each_other(self, one: Index, other: Index) -> Mask:
         """Whether two facets face each other in the undeformed body."""

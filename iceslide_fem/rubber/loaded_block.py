@@ -22,7 +22,7 @@ from iceslide_fem.rubber.contact import (
 )
 from iceslide_fem.rubber.contact_surface import ContactSurface
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
-from iceslide_fem.rubber.newton import LAG, Newton, Solution
+from iceslide_fem.rubber.newton import LAG, PATIENT, Newton, Patience, Solution
 from iceslide_fem.rubber.plate_contact import lift_of
 from iceslide_fem.rubber.tangent import Tangent
 from iceslide_fem.runtime.arrays import Array
@@ -167,7 +167,9 @@ class Equilibrium:
         settings = self.penalty, self.tangent, self._residual, force, law, contact_tolerance
         return LoadedBlock(self.rubber, self.surface, *settings)
 
-    def solve(self, force: float | None, law: TractionLaw, tolerance: float) -> Solution:
+    def solve(
+        self, force: float | None, law: TractionLaw, tolerance: float, patience: Patience = PATIENT
+    ) -> Solution:
         """Find equilibrium from the present displacements under a downward plate `force`.
 
         With None the plate is held at its present position. tolerance: norm of the residual, N, at
@@ -176,7 +178,7 @@ class Equilibrium:
         """
         tolerance = max(tolerance, ROUNDING * (force or 0.0), self.rubber.force_rounding())
         equations = self.under(force, law, CONTACT * tolerance)
-        newton = Newton(equations, tolerance, self._lag, self._kept)
+        newton = Newton(equations, tolerance, self._lag, self._kept, patience)
         self._kept = False
         iterations, residual = newton.solve(force)
         self._kept = newton.kept

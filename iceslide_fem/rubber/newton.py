@@ -9,10 +9,12 @@ Each change is exact for the present contact, and uses factors of an earlier Jac
 3. a watchdog step: a full step with a somewhat longer next change, which may pass a kink where a
    point touches down or lifts off;
 4. a damped step;
-5. a step by a new Jacobian from the last accepted iterate.
+5. a step by a new Jacobian from the last accepted iterate;
+6. an escape: the largest step by a new Jacobian without inverted elements.
 
-The Jacobian is also renewed if `lag` more iterations at the last rate miss the tolerance. A solve
-that makes no way gives up early: a shorter time step, or load step, is cheaper.
+The Jacobian is also renewed if `lag` more iterations at the last rate miss the tolerance. `QUICK`
+solves give up early: on a path of loads a shorter step is cheaper. In time a block may snap to
+another equilibrium, however short the step is.
 """
 
 from __future__ import annotations
@@ -25,18 +27,28 @@ from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import NotConverged
 
 MAX_ITERATIONS = 60
-MOST_JACOBIANS = 4  # beyond this number a shorter step is cheaper
 # Lag of the Jacobian in iterations, and its growth with each Jacobian of a solve, by dimension. A
 # new Jacobian costs as much as five iterations in a slice and twenty in a block, but the next time
 # steps also profit. With a new one at every iteration, slices cycle over touching points.
 LAG = {2: (3, 3), 3: (7, 0)}
 # Dampings with a Jacobian of the present iterate, and with one of an earlier iterate of this solve.
 # With a Jacobian of an earlier solve only the full step is tried.
-DAMPINGS = tuple(0.5**n for n in range(4))
+DAMPINGS = tuple(0.5**n for n in range(8))
 OLDER_DAMPINGS = DAMPINGS[1:3]
 # Largest growth of the next change in a watchdog step, and with a falling residual; number of
 # watchdog steps with the same factors.
 WATCHDOG, LONG_WATCHDOG, MOST_WATCHDOGS = 2.0, 30.0, 4
+
+
+class Patience(NamedTuple):
+    """Largest numbers of Jacobians, of dampings, and of escapes in a solve."""
+
+    jacobians: int
+    dampings: int
+    escapes: int
+
+
+PATIENT, QUICK = Patience(8, 8, 4), Patience(4, 4, 0)
 
 
 class Solution(NamedTuple):
@@ -90,7 +102,8 @@ class Trial(NamedTuple):
     """Result of a damped change.
 
     It has: whether it is accepted; the residual's norm (N); the next change by the same factors
-    (None within the tolerance) and its length over this one's.
+    (None within the tolerance) and its length over this one's; finite: the first damping without
+    inverted elements, if any.
     """
 
     accepted: bool
@@ -98,18 +111,25 @@ class Trial(NamedTuple):
     size: float
     contraction: float
     following: Array | None
+    finite: float | None
 
 
 class Newton:
     """One solve of `equations` to a `tolerance` (N); kept: whether a Jacobian exists."""
 
     def __init__(
-        self, equations: Equations, tolerance: float, lag: tuple[int, int], kept: bool
+        self,
+        equations: Equations,
+        tolerance: float,
+        lag: tuple[int, int],
+        kept: bool,
+        patience: Patience = PATIENT,
     ) -> None:
         """`lag`: of the Jacobian in iterations, and its growth with each Jacobian of the solve."""
         self._equations, self._tolerance, self._lag = equations, tolerance, lag
+        self._most = patience
         self.kept, self.jacobians = kept, 0
-        self._watchdogs = 0
+        self._watchdogs = self._escapes = 0
         self._safe, self._fresh = equations.values.copy(), False
 
     def solve(self, force: float | None) -> tuple[int, float]:
@@ -127,7 +147,7 @@ class Newton:
                 return iteration, size
             smallest = min(size, smallest)
             change = self._kept_change() if change is None else change
-            if change is None and self.jacobians == MOST_JACOBIANS:
+            if change is None and self.jacobians == self._most.jacobians:
                 break
             change = self._new_change(size) if change is None else change
             start, before, gap = values.copy(), gap, equations.gap
@@ -144,30 +164,33 @@ class Newton:
                 size, change = trial.size, trial.following
                 continue
             if not trial.accepted and self.jacobians:
-                trial = self._trial(start, change, DAMPINGS[1:] if self._fresh else OLDER_DAMPINGS)
+                dampings = DAMPINGS[1 : self._most.dampings] if self._fresh else OLDER_DAMPINGS
+                trial = self._trial(start, change, dampings)
             if trial.accepted:
                 size, change = trial.size, self._after_accepted(trial)
-            elif self._fresh:
+            elif self._fresh and (self._escapes == self._most.escapes or trial.finite is None):
                 break
-            else:  # back to the last accepted iterate
-                values[:], self.kept = self._safe, False
+            else:
+                self._go_back(change, trial)
                 size, change = equations.residual(), None
         raise NotConverged(_stuck(smallest, load))
 
     def _trial(self, start: Array, change: Array, dampings: tuple[float, ...]) -> Trial:
         """Step from `start` along `change` with the first accepted damping, or the last one."""
-        equations, length = self._equations, self._equations.length(change)
+        equations, length, finite = self._equations, self._equations.length(change), None
         for damping in dampings:
             equations.values[:] = start + damping * change
             size = equations.residual()
+            if finite is None and np.isfinite(size):
+                finite = damping
             if size <= self._tolerance:
-                return Trial(True, damping, size, 0.0, None)
+                return Trial(True, damping, size, 0.0, None, finite)
             following = equations.change()
             contraction = equations.length(following) / length if length > 0.0 else np.inf
             accepted = contraction <= 1.0 - 0.25 * damping  # False if NaN
             if accepted:
                 break
-        return Trial(accepted, damping, size, contraction, following)
+        return Trial(accepted, damping, size, contraction, following, finite)
 
     def _after_accepted(self, trial: Trial) -> Array | None:
         """The next change; None if a new Jacobian is needed."""
@@ -176,6 +199,14 @@ class Newton:
         soon = trial.size * trial.contraction**lag <= self._tolerance
         self.kept = (soon or trial.damping < 1.0) and not self._equations.stale
         return trial.following if self.kept else None
+
+    def _go_back(self, change: Array, trial: Trial) -> None:
+        """Return to the last accepted iterate for a new Jacobian; escape if that one was new."""
+        self._equations.values[:] = self._safe
+        if self._fresh and trial.finite is not None:
+            self._equations.values[:] += trial.finite * change
+            self._escapes += 1
+        self.kept = False
 
     def _kept_change(self) -> Array | None:
         """The change by factors of an earlier solve; None if there are none or they fail."""

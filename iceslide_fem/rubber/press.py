@@ -17,7 +17,7 @@ import numpy as np
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.contact import Traction, blend
 from iceslide_fem.rubber.loaded_block import TractionLaw
-from iceslide_fem.rubber.newton import Solution
+from iceslide_fem.rubber.newton import QUICK, Solution
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import NotConverged, SimulationStopped
 from iceslide_fem.scene.materials import BAR
@@ -88,7 +88,10 @@ def press(
             "lowered on"
         ) from reason
 
-    _follow(block, lambda load: found(block.balance(law, load)), first, where, before, lost)
+    def solve(load: float) -> Solution:
+        return found(block.balance(law, load, patience=QUICK))
+
+    _follow(block, solve, first, where, before, lost)
 
 
 def start_sliding(
@@ -115,7 +118,8 @@ def start_sliding(
             slipping = film(pressure, displacement)
             return blend(block.static(pressure, displacement), slipping, fraction)
 
-        solution = block.balance(law, friction=block.friction_force(sheared))
+        friction = block.friction_force(sheared)
+        solution = block.balance(law, friction=friction, patience=QUICK)
         observe(PathPoint("ramp", 1.0, fraction, law, solution))
         carried = law
         return solution
