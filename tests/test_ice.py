@@ -98,8 +98,6 @@ def given_flux(flux):
     """A film that gives `flux` (n,) as long as the surface does not melt."""
 
     class GivenFlux:
-        power_at_start = None
-
         def solve(self, surface: Surface, near=None) -> FilmStage:
             dry = surface.offset + surface.resistance * flux
             melting = dry > MELTING_TEMPERATURE
@@ -258,8 +256,6 @@ def test_modes_diagonalise_the_matrices_that_dolfinx_assembles(model):
 class Counted:
     """The film of a given flux, and how often it was asked."""
 
-    power_at_start = None
-
     def __init__(self, flux):
         self.film, self.times = given_flux(flux), 0
 
@@ -286,8 +282,6 @@ def test_a_film_is_asked_no_more_than_its_ice_needs(melts):
 
 class Steeper:
     """A film whose heat falls with the temperature three times as fast as it says."""
-
-    power_at_start = None
 
     def solve(self, surface, near=None):
         zero, slope = np.zeros_like(surface.offset), np.full_like(surface.offset, 0.1)
@@ -397,49 +391,6 @@ def test_what_is_balanced_is_what_ice_takes(shape, conducts):
         surface.balanced(inside, np.nan * shared, before, 1e-8)
 
 
-class CountedSurface(IceSurface):
-    """A surface that counts the changes of its temperature."""
-
-    changes = 0
-
-    def balanced(self, *arguments):
-        found = super().balanced(*arguments)
-        self.changes += found.changes
-        return found
-
-
-@pytest.mark.parametrize("model", ["slice", "block"])
-def test_first_guess_saves_changes_and_moves_nothing(model):
-    """No node of the guess is above T_m, and none takes more than friction makes around it; from
-    there the stage is found in fewer changes of the temperature, and is the same.
-    """
-    ice, points, area = some_ice(model, 0.5)
-    film, dt, at = uneven_film(points, 1e-4), 1e-4, ice.grid.place(points)
-    before = np.full(ice.grid.shape, T_0)
-    per_heat = np.tensordot(Column(T_0, DURATION).surface ** 2, dt / (1.0 + dt * ice.rates), 1)
-    stage, link = StageSurface(before, per_heat), ice.interface_resistance
-    guided, unguided = (
-        CountedSurface(ice.grid, ICE, ice.modes).under(Contacts(at, area)) for _ in range(2)
-    )
-    heating = guided.points.of_all(np.stack([area * film.power_at_start, area], axis=-1))
-    guess = guided.melting_guess(guided.inside(stage), before, heating, link)
-    around = ice.grid.scatter(area * film.power_at_start, at).reshape(ice.grid.shape)
-    share, melts = (
-        taken(ice.modes, per_heat, guess - T_0) / around,
-        guess > MELTING_TEMPERATURE - 0.1,
-    )
-    assert melts.any() and not melts.all()
-    assert guess.max() <= MELTING_TEMPERATURE + 1e-3 and share.max() < 1.01
-    np.testing.assert_allclose(share[~melts], 1.0, atol=0.01)
-    heat, found = guided.solve(stage, before, film, link, AGREEMENT)
-    without = SimpleNamespace(power_at_start=None, solve=film.solve)
-    expected, other = unguided.solve(stage, before, without, link, AGREEMENT)
-    assert 0.1 < total(found.melting) / total(np.ones(len(points))) < 0.9
-    assert 0 < guided.changes < unguided.changes
-    np.testing.assert_allclose(heat, expected, atol=1e-4 * np.abs(expected).max())
-    np.testing.assert_allclose(found.log_height, other.log_height, atol=1e-5)
-
-
 @pytest.mark.parametrize("tolerance", [1e-1, 1e-3, 1e-4, 2e-5, 1e-5, 1e-6])
 def test_stages_settle_with_the_link_and_agreement_of_a_tolerance(tolerance):
     """Also where a stiff link lets rounding grow: the agreement does not ask for more."""
@@ -454,8 +405,6 @@ def test_stages_settle_with_the_link_and_agreement_of_a_tolerance(tolerance):
 
 class Given:
     """A film that gives its ice `power` (W/m2), unless that melts it."""
-
-    power_at_start = None  # the ice begins at its temperatures, without a guess
 
     def __init__(self, power):
         self.power = power

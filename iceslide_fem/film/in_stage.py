@@ -8,7 +8,7 @@ from typing import NamedTuple, Protocol, Self
 import numpy as np
 
 from iceslide_fem.film.carrying import Beside, Carried, Sharing
-from iceslide_fem.film.law import FilmForcing, FilmHistory, FilmStage, Surface, log_shearing
+from iceslide_fem.film.law import FilmForcing, FilmHistory, FilmStage, Surface
 from iceslide_fem.film.limiting_shear import LimitingShear
 from iceslide_fem.film.phase import Phase, Refreeze
 from iceslide_fem.film.viscosity import VariableViscosity, consistent_viscosity
@@ -69,11 +69,6 @@ class FilmOnIce(NamedTuple):
     def height(self, log_height: Array) -> Array:
         """h (m) from the height variable of the stage."""
         return self.loads.height(log_height)
-
-    @property
-    def power_at_start(self) -> Array:
-        """q_f (W/m2) of the film at the start of the stage."""
-        return self.loads.stress_of(np.exp(log_shearing(self)), self) * self.loads.speed
 
     def solve(self, ice: Surface, near: Array | None = None) -> FilmStage:
         """The stage above `ice`, with the viscosity at its end; `near` is not needed."""

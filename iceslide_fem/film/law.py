@@ -135,13 +135,6 @@ class Film(Protocol):
     """
 
     @property
-    def power_at_start(self) -> Array | None:
-        """q_f (W/m2) at the start of the stage, if it follows from the state and all goes into ice.
-
-        None if another body also takes heat, or if q_f follows from the stage only.
-        """
-
-    @property
     def log_height(self) -> Array:
         """ln(h / 1 m) at the start of the stage."""
 

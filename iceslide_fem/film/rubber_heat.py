@@ -87,10 +87,6 @@ class FilmBetween(NamedTuple):
     rubber: RubberSurface
 
     @property
-    def power_at_start(self) -> None:
-        """None: the bodies' fractions of the power follow from the stage."""
-
-    @property
     def log_height(self) -> Array:
         """ln h at the start of the stage."""
         return self.film.log_height

@@ -1,10 +1,11 @@
-"""Newton's method with a line search for the heat balance of films and bodies in a stage.
+"""Newton's method for the heat balance of films and bodies in a stage.
 
 The heat of a film falls with the temperature below it, steeply where it melts. The balance is
 therefore the minimum of a convex function, whose slope is what the bodies take less what the films
-give. Meshed ice (`balance`) and ice in modes (`interface.ice_balance`) share this method (M.
-Hintermueller, K. Ito, K. Kunisch, SIAM J. Optim. 13 (2003) 865: it is the primal-dual active set
-method where films only switch between two lines).
+give. Full steps find it in a few iterations: this is the primal-dual active set method where films
+only switch between two lines (M. Hintermueller, K. Ito, K. Kunisch, SIAM J. Optim. 13 (2003) 865).
+They may go round in a circle; after some iterations a line search follows each of them. Meshed ice
+(`balance`) and ice in modes (`interface.ice_balance`) share this method.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ import numpy as np
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import NotConverged
 
+FULL_STEPS = 16  # before line searches
 MOST_TRIALS = 30  # of a line search
 NOT_FOUND = "the melting part of the ice's surface is not found"
 
@@ -49,7 +51,11 @@ def balanced(guess: Some, most: int, enough: float) -> tuple[Some, int]:
     for changes in range(most):
         if guess.settled:
             return guess, changes
-        guess = _searched(guess, enough)
+        if changes < FULL_STEPS:
+            _, at = guess.along(guess.change())
+            guess = at(1.0)[1]
+        else:
+            guess = _searched(guess, enough)
     raise NotConverged(NOT_FOUND)
 
 

@@ -111,7 +111,7 @@ class SurfaceConduction:
         self.offset = stage.offset.ravel()
         self.resistance = stage.resistance.reshape(shape)
         ends = float(self.resistance.min()), float(self.resistance.max())
-        self.middle, self.most = float(np.sqrt(ends[0] * ends[1])), ends[1]  # resistances, K m2/W
+        self.middle = float(np.sqrt(ends[0] * ends[1]))  # resistance, K m2/W
 
     def taken(self, rise: Array) -> Array:
         """Heat (W) that the ice takes at a surface `rise` (K) above the offset."""

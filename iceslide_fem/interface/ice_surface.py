@@ -1,8 +1,8 @@
 """The surface of ice on a grid in an implicit stage, heated by points anywhere on it.
 
-The iteration starts from a guess of the melting nodes (`melting_guess`). The heat balance of points
-and ice is then solved (`ice_balance`), and the films are evaluated again, until both agree. Every
-rank does the same computation for the points of all ranks.
+The iteration starts from the temperatures before the stage. The heat balance of points and ice is
+solved (`ice_balance`), and the films are evaluated again, until both agree. Every rank does the
+same computation for the points of all ranks.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 
 from iceslide_fem.film.law import Film, FilmStage, Surface
 from iceslide_fem.heat.newton import NOT_FOUND
-from iceslide_fem.interface.ice_balance import Balance, Lines, balance, melting_guess
+from iceslide_fem.interface.ice_balance import Balance, Lines, balance
 from iceslide_fem.interface.ice_modes import StageSurface, SurfaceConduction, SurfaceModes
 from iceslide_fem.interface.surface_grid import (
     Contacts,
@@ -87,17 +87,14 @@ class IceSurface:
 
         The flux of a point depends on the temperature if it melts or if the rubber takes heat. The
         heat balance of ice and `fluxes` is then solved, and the film is evaluated again at the new
-        temperatures, until both agree within `agreement` (K). The first evaluation is at a guess,
-        from the temperatures `before` the stage and the friction power there.
+        temperatures, until both agree within `agreement` (K). The first evaluation is at the
+        temperatures `before` the stage.
 
         interface_resistance: between points and ice, K m2/W. Raises NotConverged.
         """
         grid, at, area, T_m = self._grid, self.at, self._area, self._solid.melting_temperature
         of_all, inside = self.points.of_all, self.inside(stage)
         temperature, near, resistances = before, None, np.full(area.shape, interface_resistance)
-        if (power := film.power_at_start) is not None:
-            heating = of_all(np.stack([area * power, area], axis=-1))
-            temperature = self.melting_guess(inside, before, heating, interface_resistance)
         below = grid.interpolate(temperature.ravel(), at)
         for iteration in range(MAX_REQUESTS):
             result = film.solve(Surface.of(below, resistances, self._solid), near)
@@ -114,13 +111,6 @@ class IceSurface:
                 return balance.given, result._replace(dry_temperature=dry)
         raise NotConverged(NOT_FOUND)
 
-    def melting_guess(
-        self, inside: SurfaceConduction, before: Array, power: Array, interface_resistance: float
-    ) -> Array:
-        """Guess of the nodal temperatures (K), shaped as `before` the stage (`melting_guess`)."""
-        T_m = self._solid.melting_temperature
-        return melting_guess(inside, self.points, power, before, interface_resistance, T_m)
-
     def balanced(
         self, inside: SurfaceConduction, fluxes: Array, reference: Array, agreement: float
     ) -> Balance:
@@ -131,5 +121,5 @@ class IceSurface:
         return balance(inside, self.points, Lines(*fluxes.T), reference, agreement)
 
     def inside(self, stage: StageSurface) -> SurfaceConduction:
-        """The surface in a stage, for `melting_guess` and `balanced`."""
+        """The surface in a stage, for `balanced`."""
         return SurfaceConduction(stage, self._grid.cell_area, self._grid.shape, self._modes)

@@ -53,11 +53,6 @@ class RestingWater(NamedTuple):
     dt: Array | float
     most: Array
 
-    @property
-    def power_at_start(self) -> Array:
-        """Zero: there is no friction."""
-        return np.zeros_like(self.water)
-
     def height(self, log_height: Array) -> Array:
         """h (m) of ln h."""
         return np.exp(log_height)

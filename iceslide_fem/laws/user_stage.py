@@ -196,10 +196,6 @@ class UserStage(NamedTuple):
         """Height of a film that does not exist."""
         return np.exp(log_height)
 
-    @property
-    def power_at_start(self) -> None:
-        """None: the law needs the thermal response of the ice."""
-
     def solve(self, ice: Surface, near: Array | None = None) -> FilmStage:
         """The response of the law to the ice's thermal response; excess heat melts ice.
 
