@@ -14,7 +14,8 @@ import numpy as np
 from iceslide_fem.coupling.energy import Energies
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.viscosity import temperature_scale
-from iceslide_fem.interface.film_frame import InterfaceStep
+from iceslide_fem.interface.film_frame import ContactLoads, InterfaceStep
+from iceslide_fem.laws.protocol import Sheared
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.runtime.arrays import Array
 
@@ -33,7 +34,9 @@ class StepLimits:
     Block and film together
         agreement: change of the film by one more iteration of block and film, over the tolerance,
         which counts up to 1 %.
-
+        alike: change of the friction at the points by the loads of equilibrium, over the change of
+        the film that is allowed. Below it film and heat are not repeated: it bounds their change
+        (scripts.studies.coupling_repeats).
         passes: largest number of these iterations.
     Friction over the step
         curve: distance of friction from the line between the ends of a step, over the tolerance.
@@ -71,6 +74,7 @@ class StepLimits:
     moving_ice: float = 10.0
     most_substeps: int = 24
     agreement: float = 0.3
+    alike: float = 0.3
     passes: int = 4
     curve: float = 0.5
     predicted: float = 2.0
@@ -157,6 +161,13 @@ class StepError:
         """Change of the film by one more iteration of block and film."""
         allowed = self.limits.agreement * self._agreement
         return self._mean(after.change(before), after.friction()) / allowed
+
+    def of_loads(self, sheared: Sheared, before: ContactLoads, after: ContactLoads) -> float:
+        """Change of the points' friction by other loads, over the allowed change of the film."""
+        one, other = (sheared(at.pressure, at.speed)[0] * at.area for at in (before, after))
+        evenly = np.ones_like(other)
+        allowed = self.limits.agreement * self._agreement * self._mean(other, evenly)
+        return self._mean(one - other, evenly) / allowed if allowed else np.inf
 
     def of_line(self, forces: Sequence[float], ends: Sequence[float]) -> float:
         """Largest distance of friction `forces` (N) within a step from the line between its ends.
