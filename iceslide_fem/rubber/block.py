@@ -41,7 +41,7 @@ from iceslide_fem.scene.tables import too_short, too_soft
 # one if mu is below 0.1. With inertia a residual accelerates the rubber, so both are reduced to a
 # fifth. Under a law that is not viscous the block is solved for small changes of friction, and the
 # residual must be smaller than these: both are reduced to a tenth.
-EQUILIBRIUM_SHARE, FRICTION_SHARE, INERTIA, NOT_VISCOUS = 1e-2, 0.1, 0.2, 0.1
+EQUILIBRIUM_SHARE, FRICTION_SHARE, INERTIA, NOT_VISCOUS = 5e-3, 5e-2, 0.2, 0.1
 # After points have stuck, the residual would move the block by at most this fraction of its slip in
 # the step. Otherwise the slip speed of points that break loose is noise in short steps, and their
 # heat does not close the energy balance.
