@@ -6,11 +6,8 @@ Commands are in `commands`. This module combines them, and converts errors to ex
 
 from __future__ import annotations
 
-import contextlib
 import os
 import sys
-import time
-import traceback
 from collections.abc import Sequence
 from typing import Annotated, Any, NoReturn
 
@@ -23,13 +20,14 @@ from iceslide_fem.commands.cases import cases
 from iceslide_fem.commands.doctor import doctor
 from iceslide_fem.commands.info import info
 from iceslide_fem.commands.ladder import ladder
+from iceslide_fem.commands.outcome import exit_code
 from iceslide_fem.commands.preprocessors import COMMANDS, placeholder, whole
 from iceslide_fem.commands.report import report
 from iceslide_fem.commands.run import run
 from iceslide_fem.commands.sweep import sweep
 from iceslide_fem.commands.view import view
-from iceslide_fem.runtime.errors import IceslideError, OutputError, SceneError
-from iceslide_fem.runtime.launch import on_one_process, rank, stop_all_ranks
+from iceslide_fem.runtime.errors import OutputError, SceneError
+from iceslide_fem.runtime.launch import on_one_process
 from iceslide_fem.runtime.terminal import patient_screen
 
 OPTIONS: dict[str, Any] = {
@@ -99,36 +97,18 @@ def main(argv: Sequence[str] | None = None) -> NoReturn:
     if argv is None and sys.getfilesystemencoding() == "ascii":  # file names are UTF-8
         os.environ["PYTHONUTF8"] = "1"
         os.execv(sys.executable, sys.orig_argv)
+
+    def command() -> None:
+        _check_working_folder()
+        _check_text(sys.argv[1:] if argv is None else argv)
+        app(args=argv, prog_name="iceslide")
+
     with patient_screen() as faults:
-        code = _exit_code(argv)
+        code = exit_code(command)
     if faults and code == 0:
         print(f"iceslide: cannot print: {faults[0].strerror}", file=sys.stderr)
         code = OutputError.exit_code
     sys.exit(code)
-
-
-def _exit_code(argv: Sequence[str] | None) -> int:
-    with contextlib.ExitStack() as stack:
-        if rank() > 0:
-            silence = stack.enter_context(open(os.devnull, "w"))
-            stack.enter_context(contextlib.redirect_stdout(silence))
-            stack.enter_context(contextlib.redirect_stderr(silence))
-        try:
-            _check_working_folder()
-            _check_text(sys.argv[1:] if argv is None else argv)
-            app(args=argv, prog_name="iceslide")
-        except SystemExit as end:  # typer's own: 0 done, 2 wrong usage
-            return int(end.code or 0)
-        except IceslideError as error:
-            print(f"iceslide: {error}", file=sys.stderr)
-            if rank() > 0:  # a failing rank makes mpirun end rank 0, perhaps before it prints
-                time.sleep(1.0)
-            return error.exit_code
-        except Exception:
-            traceback.print_exc(file=sys.__stderr__)  # also on ranks that do not print
-            stop_all_ranks(1)
-            return 1
-    return 0
 
 
 def _check_working_folder() -> None:

@@ -12,7 +12,8 @@ from iceslide_fem.runtime.errors import IceslideError, SceneError
 from iceslide_fem.runtime.launch import rank
 
 NoReport = Annotated[
-    bool, typer.Option("--no-report", help="Write no report.html beside the results.")
+    bool,
+    typer.Option("--no-report", help="Write no report.png and report.html beside the results."),
 ]
 
 

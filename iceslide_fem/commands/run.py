@@ -85,12 +85,12 @@ def run(
 
     try:
         if scene.model == "point":
-            summary = simulate(scene, out, words, force=force)
+            summary = simulate(scene, out, words, force=force, pictures=not no_report)
         else:
             from iceslide_fem.runs.schedule import Schedule
 
             schedule = Schedule(checkpoint_every, times)
-            summary = simulate(scene, out, words, schedule, resumed, force)
+            summary = simulate(scene, out, words, schedule, resumed, force, not no_report)
     except (Interrupted, SimulationStopped):
         if not no_report:
             leave_report(out)

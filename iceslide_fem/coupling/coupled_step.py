@@ -188,7 +188,7 @@ class CoupledStep:
         speed, load = plate.slip(rate, time), plate.force(time)
         slip = block.scene.load.speeds.mean * dt if start.stuck else np.inf
         offset = start.loads.offset + plate.ice_passed(start.time, dt)
-        iterations, mismatches = 0, []
+        iterations, mismatches = 0, list[float]()
         for _ in range(self._error.limits.passes):
             sheared = film.sheared[-1]
             friction = self.friction.law(start, dt, sheared)

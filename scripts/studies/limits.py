@@ -272,11 +272,9 @@ class Counting(Block):
 
     failures: list[str]
 
-    def balance(
-        self, law: TractionLaw, load: float = 1.0, friction: float = np.inf, slip: float = np.inf
-    ) -> Solution:
+    def balance(self, law: TractionLaw, *settings: Any, **more: Any) -> Solution:
         try:
-            return super().balance(law, load, friction, slip)
+            return super().balance(law, *settings, **more)
         except NotConverged as reason:
             self.failures.append(str(reason))
             raise

@@ -18,7 +18,7 @@ import numpy as np
 from iceslide_fem.fenics.compat import MPI, PETSc
 from iceslide_fem.rubber.block import build_block
 from iceslide_fem.rubber.loaded_block import CONTACT, Equilibrium, LoadedBlock, TractionLaw
-from iceslide_fem.rubber.newton import MAX_ITERATIONS, Solution
+from iceslide_fem.rubber.newton import MAX_ITERATIONS, PATIENT, Patience, Solution
 from iceslide_fem.runtime.errors import NotConverged, SimulationStopped
 from iceslide_fem.scene import Scene
 from scripts.studies.blocks import Slide, slid
@@ -42,9 +42,11 @@ class Counted(Equilibrium):
 
     jacobians = 0
 
-    def solve(self, force: float | None, law: TractionLaw, tolerance: float) -> Solution:
+    def solve(
+        self, force: float | None, law: TractionLaw, tolerance: float, patience: Patience = PATIENT
+    ) -> Solution:
         """As `Equilibrium.solve`."""
-        solution = super().solve(force, law, tolerance)
+        solution = super().solve(force, law, tolerance, patience)
         self.jacobians += solution.jacobians
         return solution
 
@@ -77,8 +79,10 @@ class BySnes(Counted):
         snes.setOptionsPrefix("compared_")
         snes.setFromOptions()
 
-    def solve(self, force: float | None, law: TractionLaw, tolerance: float) -> Solution:
-        """As `Equilibrium.solve`, by SNES."""
+    def solve(
+        self, force: float | None, law: TractionLaw, tolerance: float, patience: Patience = PATIENT
+    ) -> Solution:
+        """As `Equilibrium.solve`, by SNES, whatever the patience."""
         self._tolerance = max(tolerance, self.rubber.force_rounding())
         self._equations = self.under(force, law, CONTACT * self._tolerance)
         self._size, before = self._equations.residual(), self._made

@@ -1,4 +1,4 @@
-"""Finite element cases of a sweep, each in a separate process, several at a time.
+"""Finite element cases of a sweep, several at a time, each by a worker of its own (`worker`).
 
 A crash affects one case only. A case is identical to `iceslide run` by hand or in a cluster's
 queue.
@@ -14,6 +14,7 @@ import threading
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
+from queue import SimpleQueue
 from typing import Any, NamedTuple
 
 from iceslide_fem.postprocess.results import read_run
@@ -21,10 +22,11 @@ from iceslide_fem.runs.checkpoint import FILE as CHECKPOINT
 from iceslide_fem.runs.checkpoint import fingerprint_there, read_checkpoint
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.files import replace_file
-from iceslide_fem.runtime.launch import available_cores, environment_of_one, module_words, mpirun
+from iceslide_fem.runtime.launch import available_cores, environment_of_one, module_words
 from iceslide_fem.scene import Scene, as_toml, load_scene
 from iceslide_fem.workflow.sweep.plan import Case
 from iceslide_fem.workflow.sweep.table import SENTENCE, CaseResult, read_outcome
+from iceslide_fem.workflow.sweep.worker import Worker
 
 
 class Cores(NamedTuple):
@@ -135,57 +137,48 @@ def compute(folder: Path, cases: Sequence[Case], cores: Cores) -> Iterator[tuple
     If the caller stops early (an interrupt), running cases get SIGTERM and are awaited; no new ones
     start.
     """
-    running: set[subprocess.Popen[bytes]] = set()
+    workers = [Worker(cores.per_case) for _ in range(cores.at_a_time)]
+    free = SimpleQueue[Worker]()
+    for worker in workers:
+        free.put(worker)
     stopping = threading.Event()
 
     def one(case: Case) -> CaseResult:
+        worker = free.get()
         if not stopping.is_set():
-            _run(folder, case, cores.per_case, running, stopping)
+            _run(folder, case, worker)
+        free.put(worker)
         return read_outcome(case_folder(folder, case), case.scene)
 
-    with ThreadPoolExecutor(cores.at_a_time) as pool:
-        futures = {pool.submit(one, case): case for case in cases}
-        try:
-            for future in as_completed(futures):
-                yield futures[future], future.result()
-        finally:
-            stopping.set()
-            for process in list(running):
-                process.terminate()
+    try:
+        with ThreadPoolExecutor(cores.at_a_time) as pool:
+            futures = {pool.submit(one, case): case for case in cases}
+            try:
+                for future in as_completed(futures):
+                    yield futures[future], future.result()
+            except BaseException:
+                stopping.set()
+                for worker in workers:
+                    worker.terminate()
+                raise
+    finally:
+        for worker in workers:
+            worker.end()
 
 
-def _run(
-    folder: Path,
-    case: Case,
-    n_cores: int,
-    running: set[subprocess.Popen[bytes]],
-    stopping: threading.Event,
-) -> None:
+def _run(folder: Path, case: Case, worker: Worker) -> None:
     """Run or continue a case, and wait; its output goes to log.txt in its directory."""
     directory = case_folder(folder, case)
-    words = module_words("iceslide_fem.cli", "run", str(scene_file(folder, case)))
+    log = directory / "log.txt"
     try:
-        read_checkpoint(directory)
-        words += ["--restart", str(directory)]
+        restart = read_checkpoint(directory) is not None
     except SceneError:  # the folder belongs to this case: invalid results are replaced
-        words += ["--force", "--out", str(directory)]
-    words.append("--no-report")  # thousands of pages would be gigabytes
-    if n_cores > 1:
-        if (start := mpirun()) is None:
-            raise SceneError("several cores per case need mpirun, which is not installed")
-        words = [start, "-n", str(n_cores), *words]
-    with open(directory / "log.txt", "wb") as log:
-        process = subprocess.Popen(
-            words, env=environment_of_one(), stdin=subprocess.DEVNULL, stdout=log, stderr=log
-        )
-        running.add(process)
-        if stopping.is_set():  # stopped in the meantime
-            process.terminate()
-        code = process.wait()
-        running.discard(process)
-        if code != 0:  # last line: used only without an error message of the command
-            end = signal.Signals(-code).name if code < 0 else f"exit code {code}"
-            log.write(f"\n{SENTENCE}ended by {end}, see {log.name}\n".encode())
+        restart = False
+    code = worker.run(scene_file(folder, case), directory, restart, log)
+    if code != 0:  # last line: used only without an error message of the command
+        end = signal.Signals(-code).name if code < 0 else f"exit code {code}"
+        with open(log, "a", encoding="utf-8") as file:
+            file.write(f"\n{SENTENCE}ended by {end}, see {log}\n")
 
 
 def compile_forms(scene: Scene) -> None:
