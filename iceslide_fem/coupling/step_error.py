@@ -35,8 +35,8 @@ class StepLimits:
         agreement: change of the film by one more iteration of block and film, over the tolerance,
         which counts up to 1 %.
         alike: change of the friction at the points by the loads of equilibrium, over the change of
-        the film that is allowed. Below it film and heat are not repeated: it bounds their change
-        (scripts.studies.coupling_repeats).
+        the film that is allowed. Film and heat change less than their loads; below this fraction
+        they are not repeated.
         passes: largest number of these iterations.
     Friction over the step
         curve: distance of friction from the line between the ends of a step, over the tolerance.

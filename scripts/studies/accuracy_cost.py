@@ -226,6 +226,7 @@ def coupling(quick: bool) -> Iterator[Chart]:
     ways: dict[str, Callable[[Scene], Slide]] = {
         "default": slid,
         "one pass per step": limited(agreement=np.inf),
+        "film repeated in every step": limited(alike=0.0),
         "iterated to 1 % of the tolerance": limited(agreement=0.01, passes=12),
         "block in every step": limited(quiet=0.0),
         "block when shear moved by the tolerance": limited(quiet=1.0),
