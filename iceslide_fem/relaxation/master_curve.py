@@ -10,7 +10,6 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from scipy.optimize import least_squares, minimize_scalar
 
 from iceslide_fem.relaxation.dma import Dma
 from iceslide_fem.relaxation.prony_fit import spectrum
@@ -39,6 +38,8 @@ def shifts(dma: Dma, said: str) -> Array:
 
     Raises SceneError if neighbours have no storage modulus in common.
     """
+    from scipy.optimize import least_squares  # takes long to import
+
     temperatures = dma.isotherms
     first = [0.0]
     for cold, warm in pairwise(temperatures):
@@ -131,6 +132,8 @@ def _above(arrhenius_below: float | None) -> str:
 
 def _wlf(temperatures: Array, logs: Array, said: str) -> tuple[Shift, bool]:
     """WLF relative to the coldest isotherm. For a given C2 the other constants are linear."""
+    from scipy.optimize import minimize_scalar  # takes long to import
+
     above = temperatures - temperatures[0]
 
     def solved(log_C2: float) -> tuple[Array, float]:

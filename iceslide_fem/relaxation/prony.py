@@ -15,7 +15,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import brentq
 
 from iceslide_fem.relaxation.shift import AnyShift, NoShift
 from iceslide_fem.runtime.arrays import Array
@@ -82,6 +81,8 @@ class Prony:
         1 / lambda_j are the zeros of 1 - sum g_i / (1 - s tau_i), one between any two 1 / tau_i and
         one below all; J_j = 1 / sum [g_i tau_i lambda_j / (lambda_j - tau_i)^2].
         """
+        from scipy.optimize import brentq  # takes long to import
+
         g, tau = np.array(self.fractions), np.array(self.times)
         ends = np.append(tau, tau[-1] / self.long_term * (1.0 + 1e-12))
         times, fractions = [], []

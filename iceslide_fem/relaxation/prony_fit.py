@@ -16,7 +16,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import least_squares, nnls
 
 from iceslide_fem.relaxation.prony import Prony
 from iceslide_fem.runtime.arrays import Array
@@ -105,6 +104,8 @@ def spectrum(
 
     Errors of the storage moduli come first, then those of the loss moduli; (rows,) of relaxation.
     """
+    from scipy.optimize import nnls  # takes long to import
+
     data = _Data(frequency, storage, loss)
     matrix = data.columns(times) / data.values[:, None]
     floor = _floor(storage)
@@ -158,6 +159,8 @@ def _squares(data: _Data, times: Array, moduli: Array) -> Array:
 
 def _fitted(data: _Data, start: Array) -> Array:
     """Times (s) near `start` with the least errors."""
+    from scipy.optimize import least_squares  # takes long to import
+
     grid = fine_grid(data.frequency)
     low, high = np.log(grid[0]), np.log(grid[-1])
     inside = np.clip(np.log(start), low + 1e-9, high - 1e-9)

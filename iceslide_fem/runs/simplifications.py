@@ -34,7 +34,7 @@ from iceslide_fem.scene.materials import Ground
 
 TIMES = 200  # number of times at which mu(t) is compared
 PLACES = 12  # Gauss points along the block
-ACCURACY, OWN_ACCURACY = 1e-3, 1e-2  # tolerance of the evaluated point model: film law, other laws
+ACCURACY = 1e-2  # tolerance of the evaluated point model; estimates have two digits
 NO_FRICTION = 1e-6  # friction coefficient that counts as 0
 LIFTED = 1e-3  # fraction of the nominal pressure at a lifted edge
 
@@ -178,7 +178,7 @@ def _friction(
     found = simulate(
         conditions,
         ice,
-        min(ACCURACY, scene.numerics.tolerance),
+        ACCURACY,
         times=times,
         loading=None if age is None else Loading(None, None, scene.contact_parameters, age),
         water=scene.water.table,
@@ -204,7 +204,7 @@ def _friction_without_film(
     start = InterfaceState(log_height, water, *heats, internal, law.untouched(n))
     T_m = np.full(n, scene.ice.melting_temperature)
     span = Span(np.full(n, duration), cold, T_m, scene.ice.solid)
-    steps = Steps(OWN_ACCURACY, INTEGRATORS["sdirk2"], longest=LONGEST_STEP * duration)
+    steps = Steps(ACCURACY, INTEGRATORS["sdirk2"], longest=LONGEST_STEP * duration)
     found = integrate(drive, start, span, below, INSULATED, steps, times)
     return np.asarray(np.maximum(found.samples, NO_FRICTION) * pressure)
 
