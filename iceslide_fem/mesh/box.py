@@ -30,11 +30,11 @@ LONGER_ALONG_Z = {2: 1.0, 3: 4.0 / 3.0}
 FLAT, FEWEST_CELLS = 0.5, 2.0
 EDGE_CELL, EDGE_SLOPE = 0.42, 4.0
 LARGEST_CELL = 4.0
-# A cut edge may need cells smaller than EDGE_CELL. They grow by this slope, over `refinement`, up to
-# the full size. In a slice with four sipes a slope of 0.6 takes three quarters of the unknowns of 0.2
-# and three times its error, and two elements on half of an arc instead of one take a third more
-# unknowns and leave the error. In a cube the slope of a sharp edge at EDGE_CELL takes 2.4 times the
-# unknowns and moves the mean of mu 1 % away from that of a finer mesh (100 um).
+# A cut edge may need cells smaller than EDGE_CELL. They grow by this slope, over `refinement`, up
+# to the full size. In a slice with four sipes a slope of 0.6 takes half of the unknowns of 0.2 and
+# four times its error; two elements on half of an arc, at 0.3, take a third more unknowns and leave
+# the error. In a cube the slope of a sharp edge at EDGE_CELL takes 2.4 times the unknowns and moves
+# the mean of mu 1 % away from that of a finer mesh (100 um).
 STEEPEST = {2: 0.2, 3: 1.0}
 # A cut edge of radius r has special cells within ZONE r of the corner that it replaces. The lowest
 # LAYER r of them form a layer along the edge.
