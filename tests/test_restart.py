@@ -543,7 +543,8 @@ def test_a_signal_is_heard_between_trials(tmp_path):
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGUSR1, signal.SIGHUP])
 def test_a_signal_leaves_a_checkpoint_and_exit_code_4(number, tmp_path):
-    code = interrupted_after(words_of(1, *begin(tmp_path)), tmp_path, 5, number)
+    begun = begin(tmp_path, "load.duration=7ms", "numerics.tolerance=1e-3")
+    code = interrupted_after(words_of(1, *begun), tmp_path, 5, number)
     assert code == 4
     assert "<h2" in (tmp_path / "report.html").read_text("utf-8")
     stopped = read_run(tmp_path).summary["stopped"]

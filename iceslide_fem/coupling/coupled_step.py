@@ -96,7 +96,7 @@ class CoupledStep:
         self._subcycling = Subcycling(frame, error, integrator, plate.passing)
         self.adaptive = bool(integrator.estimate)
         # Under a law that is not viscous the shear may fall for long. The rubber then springs back
-        # and makes heat. Skipped equilibria would miss that heat.
+        # and makes heat. Skipped equilibria, and films that are not repeated, would miss that heat.
         self._relaxing = relaxing
         self._may_skip = motion_law.may_skip and block.law.viscous and relaxing.may_skip
         self._acceptance = Acceptance(block, frame, drainage, error, self.adaptive)
@@ -196,7 +196,7 @@ class CoupledStep:
             moved = plate.slipping(speed, offset)
             loads, shearing = self.friction.found(start, dt, sheared, moved)
             apart = self._error.of_loads(sheared, film.subcycles.loads[-1], loads)
-            if apart <= self._error.limits.alike and not (start.stuck or shearing.some):
+            if apart <= self._error.limits.alike and self._may_skip:
                 return Balanced(loads, shearing, film, iterations, max([apart, *mismatches[:1]]))
             ends = shearing.begin(start, loads, plate.slid(start.time, dt), dt), loads
             again = self._subcycling.repeat(start.interface, *ends, dt, film.subcycles)
