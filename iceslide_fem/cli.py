@@ -1,7 +1,7 @@
 """The command line: `iceslide run`, `sweep`, `ladder`, `info`, `view`, `report`, `footprint`,
 `wheel`, `roughness`, `rubber`, `cases`, `doctor`, `app`.
 
-Commands are in `commands`. This module combines them, and converts errors to exit codes.
+Commands are in `commands`, and so is what they end with (`outcome`). This module combines them.
 """
 
 from __future__ import annotations

@@ -331,3 +331,22 @@ def test_changes_by_kept_factors_take_walls_as_they_touch_now(build):
     self_contact.penalty = penalty
     equations.residual()
     assert left_by(equations.change(), equations) < 0.05
+
+
+def test_another_block_restores_stick_points_that_are_far_along_the_walls(build):
+    """As a restart does, whose first search was between the walls as they were drawn."""
+    block, other = (build(ALONE, SIPE, RUBBING) for _ in range(2))
+    close(block)
+    rub(block, 1.2e-3)
+    walls = block.rubber.self_contact
+    stick_points, _ = walls.followed(block.rubber.displacements)
+    found = other.rubber.self_contact.restored(walls.saved(stick_points))
+    gripped = stick_points.facet >= 0
+    assert gripped.any()
+    np.testing.assert_array_equal(found.facet >= 0, gripped)
+    at, expected = (
+        one.saved(sticks)["anchor"]
+        for one, sticks in ((other.rubber.self_contact, found), (walls, stick_points))
+    )
+    size = np.linalg.norm(at - expected, axis=0)
+    np.testing.assert_allclose(size[gripped.ravel()], 0.0, atol=1e-9)

@@ -375,6 +375,39 @@ def test_slices_run_in_processes_and_failures_are_listed(tmp_path):
     assert times == {path: path.stat().st_mtime for path in tmp_path.glob("cases/*/summary.json")}
 
 
+DEADLY = """
+import os, signal
+import numpy as np
+from iceslide_fem import Response
+
+
+class Deadly:
+    fields = {}
+
+    def __init__(self, mu=0.3):
+        self.mu = mu
+
+    def respond(self, contact, state, surface, dt):
+        if self.mu == 0.2:
+            os.kill(os.getpid(), signal.SIGKILL)
+        return Response(self.mu * contact.pressure, np.full_like(contact.pressure, self.mu))
+"""
+
+
+@pytest.mark.fe
+@pytest.mark.parametrize("cores", [1, 2])
+def test_a_case_that_kills_its_process_costs_one_case(cores, tmp_path):
+    pytest.importorskip("iceslide_fem.fenics.compat")
+    law = tmp_path / "deadly.py"
+    law.write_text(DEADLY)
+    changes = [*SLICE, "load.duration=20us", f"friction.law={law}:Deadly"]
+    plan = make_plan(CASE, changes, ["friction.parameters.mu=0.1,0.2,0.3"])
+    found = run_sweep(plan, tmp_path / "out", Cores(cores, 1))
+    assert found["status"].values.tolist() == ["done", "failed", "done"]
+    assert "ended by" in str(found["reason"].values[1])
+    np.testing.assert_allclose(found["mu_mean"].values[[0, 2]], [0.1, 0.3], rtol=1e-3)
+
+
 def test_a_sweep_before_any_case_is_done_has_a_page(tmp_path):
     scenes = ["--set", SLICE[0], "--vary", "load.pressure=1bar,2bar"]
     words = [sys.executable, "-m", "iceslide_fem.cli", "sweep", str(CASE), *scenes]

@@ -35,10 +35,9 @@ def _requests() -> Iterator[list[Any]]:
 
 @contextmanager
 def _output_to(path: str) -> Iterator[None]:
-    """Send standard output and error, also those of compiled code, to a file."""
+    """Append standard output and error, also those of compiled code, to a file."""
     kept = [os.dup(number) for number in (1, 2)]
-    mode = os.O_WRONLY | os.O_CREAT | (os.O_TRUNC if rank() == 0 else os.O_APPEND)
-    file = os.open(path, mode, 0o666)
+    file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o666)
     try:
         for number in (1, 2):
             os.dup2(file, number)

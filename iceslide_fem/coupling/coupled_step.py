@@ -63,7 +63,7 @@ class Balanced(NamedTuple):
     """Block and film in agreement at the end of a step.
 
     loads: of the points; shearing: their shear; film: over the step; iterations: Newton
-    iterations; mismatch: change of the film by the first repetition.
+    iterations; mismatch: change of the film by the first repetition, or its bound without one.
     """
 
     loads: ContactLoads
@@ -195,9 +195,11 @@ class CoupledStep:
             iterations += self._balance(sheared, friction, speed, load, slip)
             moved = plate.slipping(speed, offset)
             loads, shearing = self.friction.found(start, dt, sheared, moved)
-            apart = self._error.of_loads(sheared, film.subcycles.loads[-1], loads)
-            if apart <= self._error.limits.alike and self._may_skip:
-                return Balanced(loads, shearing, film, iterations, max([apart, *mismatches[:1]]))
+            if self._may_skip:
+                apart = self._error.of_loads(sheared, film.subcycles.loads[-1], loads)
+                if apart <= self._error.limits.alike:
+                    largest = max([apart, *mismatches[:1]])
+                    return Balanced(loads, shearing, film, iterations, largest)
             ends = shearing.begin(start, loads, plate.slid(start.time, dt), dt), loads
             again = self._subcycling.repeat(start.interface, *ends, dt, film.subcycles)
             before, after = film.subcycles.substeps[-1], again.substeps[-1]

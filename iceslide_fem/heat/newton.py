@@ -51,11 +51,7 @@ def balanced(guess: Some, most: int, enough: float) -> tuple[Some, int]:
     for changes in range(most):
         if guess.settled:
             return guess, changes
-        if changes < FULL_STEPS:
-            _, at = guess.along(guess.change())
-            guess = at(1.0)[1]
-        else:
-            guess = _searched(guess, enough)
+        guess = _searched(guess, enough if changes >= FULL_STEPS else np.inf)
     raise NotConverged(NOT_FOUND)
 
 

@@ -40,8 +40,8 @@ STEEPEST = {2: 0.2, 3: 1.0}
 # LAYER r of them form a layer along the edge.
 ZONE, LAYER = 2.0, 0.6
 LAYER_FRACTION = 0.4  # cells across that layer over cells along half of it
-# Cells on half of an arc, times `refinement`, and their largest size in cells of an edge.
-FEWEST_OF_ARC, CELL_OF_ARC = {2: 1, 3: 1}, {2: 0.75, 3: 1.0}
+# Largest size of the cells on an arc, in cells of an edge; half of it has at least `refinement`.
+CELL_OF_ARC = {2: 0.75, 3: 1.0}
 CELLS_OF_A_WAVE, FEWEST_OF_A_WAVE = 8.0, 4.0
 
 
@@ -235,9 +235,8 @@ def _edge_cells(block: BlockShape, cell: float, refinement: float) -> EdgeCells 
     if block.edge == 0.0:
         return None
     dimension = len(block.ranges) + 1
-    fewest = math.ceil(FEWEST_OF_ARC[dimension] * refinement)
     largest = CELL_OF_ARC[dimension] * EDGE_CELL * cell
-    arc = max(fewest, math.ceil(math.pi / 4 * block.edge / largest))
+    arc = max(math.ceil(refinement), math.ceil(math.pi / 4 * block.edge / largest))
     return EdgeCells(block.edge, arc, max(1, round(LAYER_FRACTION * 2 * arc)))
 
 

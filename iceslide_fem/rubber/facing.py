@@ -105,14 +105,13 @@ class FacingWalls:
     def __init__(self, facets: Facets) -> None:
         self._facets = facets
         self._rims = RIMS[facets.kind]
-        self._middle = facets.nodes.mean(axis=1)
+        self._middle, sizes = _spheres(facets.nodes)
         main = np.abs(facets.outwards).argmax(axis=1)
         way = np.take_along_axis(facets.outwards, main[:, None], axis=1)[:, 0] > 0.0
         self._side = 2 * main + way  # facets with similar normals
-        sizes = np.linalg.norm(facets.nodes - self._middle[:, None], axis=2).max(axis=1)
         self._reach = MOVED * float(sizes.min(initial=np.inf))
-        none = np.zeros(0, dtype=np.intp)
-        self._listed: tuple[Array | None, tuple[Index, Index, Index]] = None, (none, none, none)
+        # Nodes and points with the `_neighbours` there.
+        self._listed: tuple[Array, Array, tuple[Index, Index, Index]] | None = None
 
     def nearest(self, positions: Array, x: Array, everywhere: bool) -> Pressing:
         """Nearest points on facing walls to the points `x` (F, q, d), m.
@@ -138,12 +137,10 @@ class FacingWalls:
         """Bounds (m) of the distances of points `at` (P, d) from facets: the lower one by a sphere
         around the facet, the upper one by its nodes.
         """
-        nodes = positions[facet]
-        centres = nodes.mean(axis=1)
-        size = np.sqrt(((nodes - centres[:, None]) ** 2).sum(axis=2).max(axis=1))
-        apart = np.sqrt(((at[:, None] - nodes) ** 2).sum(axis=2).min(axis=1))
-        middle = np.sqrt(((at - centres) ** 2).sum(axis=1))
-        return middle - (1.0 + BULGE) * size, apart
+        centres, size = _spheres(positions)
+        apart = np.linalg.norm(at[:, None] - positions[facet], axis=2).min(axis=1)
+        middle = np.linalg.norm(at - centres[facet], axis=1)
+        return middle - (1.0 + BULGE) * size[facet], apart
 
     def _among(
         self, candidates: tuple[Index, Index, Index], positions: Array, x: Array
@@ -172,14 +169,12 @@ class FacingWalls:
         self, positions: Array, x: Array, everywhere: bool
     ) -> tuple[Index, Index, Index]:
         """Triples of slave facet, its point, and a candidate for the nearest facing facet."""
-        listed, (slave, point, facet) = self._listed
-        if listed is None or np.abs(positions - listed).max(initial=0.0) > self._reach:
-            slave, point, facet = self._neighbours(positions, x)
-            self._listed = positions, (slave, point, facet)
-        centres, dim = positions.mean(axis=1), x.shape[2]
+        if self._listed is None or self._left(self._listed[:2], (positions, x)):
+            self._listed = positions, x, self._neighbours(positions, x)
+        slave, point, facet = self._listed[2]
         if not everywhere:
-            size = np.linalg.norm(positions - centres[:, None], axis=2).max(axis=1)
-            sides = positions[:, 1:dim] - positions[:, :1]  # from the first corner
+            centres, size = _spheres(positions)
+            sides = positions[:, 1 : x.shape[2]] - positions[:, :1]  # from the first corner
             normal = _outwards(sides, self._facets.sign)
             away = x[slave, point] - centres[facet]
             kept = np.einsum("pd,pd->p", away, normal[facet]) < BULGE * size[facet]
@@ -189,6 +184,13 @@ class FacingWalls:
         np.minimum.at(nearest, number, most)
         near = least <= nearest[number]
         return slave[near], point[near], facet[near]
+
+    def _left(self, before: tuple[Array, ...], now: tuple[Array, ...]) -> bool:
+        """Whether nodes or points have moved so far that they may have other neighbours."""
+        moved = (
+            np.abs(one - other).max(initial=0.0) for one, other in zip(now, before, strict=True)
+        )
+        return any(far > self._reach for far in moved)
 
     def _neighbours(self, positions: Array, x: Array) -> tuple[Index, Index, Index]:
         """Triples of slave facet, its point, and a facet near it that faces it."""
@@ -275,6 +277,12 @@ class FacingWalls:
 def restricted(matrix: Array, ways: Array) -> Array:
     """Systems (P, s, s) restricted to the directions `ways`: W M W + (1 - W)."""
     return np.asarray(ways @ matrix @ ways + np.eye(ways.shape[1]) - ways)
+
+
+def _spheres(nodes: Array) -> tuple[Array, Array]:
+    """Centres (F, d) of facets with `nodes` (F, a, d), and their largest distances (F,), m."""
+    centres = nodes.mean(axis=1)
+    return centres, np.linalg.norm(nodes - centres[:, None], axis=2).max(axis=1)
 
 
 def _outwards(tangents: Array, sign: Array) -> Array:

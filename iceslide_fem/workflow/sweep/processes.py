@@ -1,4 +1,4 @@
-"""Finite element cases of a sweep, several at a time, each by a worker of its own (`worker`).
+"""Finite element cases of a sweep, several at a time, by workers that each run many (`worker`).
 
 A crash affects one case only. A case is identical to `iceslide run` by hand or in a cluster's
 queue.
@@ -10,7 +10,6 @@ import signal
 import subprocess
 import sys
 import tempfile
-import threading
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
@@ -141,13 +140,13 @@ def compute(folder: Path, cases: Sequence[Case], cores: Cores) -> Iterator[tuple
     free = SimpleQueue[Worker]()
     for worker in workers:
         free.put(worker)
-    stopping = threading.Event()
 
     def one(case: Case) -> CaseResult:
         worker = free.get()
-        if not stopping.is_set():
+        try:
             _run(folder, case, worker)
-        free.put(worker)
+        finally:
+            free.put(worker)
         return read_outcome(case_folder(folder, case), case.scene)
 
     try:
@@ -157,9 +156,9 @@ def compute(folder: Path, cases: Sequence[Case], cores: Cores) -> Iterator[tuple
                 for future in as_completed(futures):
                     yield futures[future], future.result()
             except BaseException:
-                stopping.set()
+                pool.shutdown(wait=False, cancel_futures=True)
                 for worker in workers:
-                    worker.terminate()
+                    worker.stop()
                 raise
     finally:
         for worker in workers:
@@ -169,12 +168,14 @@ def compute(folder: Path, cases: Sequence[Case], cores: Cores) -> Iterator[tuple
 def _run(folder: Path, case: Case, worker: Worker) -> None:
     """Run or continue a case, and wait; its output goes to log.txt in its directory."""
     directory = case_folder(folder, case)
-    log = directory / "log.txt"
+    scene, log = scene_file(folder, case), directory / "log.txt"
+    log.unlink(missing_ok=True)
     try:
-        restart = read_checkpoint(directory) is not None
+        read_checkpoint(directory)
+        restart = True
     except SceneError:  # the folder belongs to this case: invalid results are replaced
         restart = False
-    code = worker.run(scene_file(folder, case), directory, restart, log)
+    code = worker.run(scene, directory, restart, log)
     if code != 0:  # last line: used only without an error message of the command
         end = signal.Signals(-code).name if code < 0 else f"exit code {code}"
         with open(log, "a", encoding="utf-8") as file:
