@@ -45,8 +45,8 @@ Some = TypeVar("Some", bound=Guess)
 def balanced(guess: Some, most: int, enough: float) -> tuple[Some, int]:
     """The balance, and the number of Newton steps to it, at most `most`.
 
-    enough: largest slope at the end of a line search over the first one. Collective. Raises
-    NotConverged.
+    enough: largest slope at the end of a line search over the first one; the first steps are full.
+    Collective. Raises NotConverged.
     """
     for changes in range(most):
         if guess.settled:
@@ -66,6 +66,8 @@ def _searched(guess: Some, enough: float) -> Some:
     length, low, below, high, above = 1.0, 0.0, first, np.inf, 0.0
     for trial in range(MOST_TRIALS):
         slope, there = at(length)
+        if not first < 0.0:  # rounding
+            break
         if slope <= -enough * first and (length == 1.0 or slope >= enough * first):
             break
         if slope > 0.0:
