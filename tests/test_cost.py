@@ -42,18 +42,19 @@ from iceslide_fem.workflow.planning.info import covered_load, describe  # noqa: 
 pytestmark = pytest.mark.fe
 ROOT = Path(__file__).parent.parent
 # Runs of thesis_1bar, all 7 ms: model, ice, tolerance, unknowns of both, steps, CPU seconds, MB
+# (scripts.studies.accuracy_cost)
 MEASURED = [
     row.split()
     for row in (
-        "slice column 1e-3 3362 0 288 5.8 246",
-        "slice continuum 1e-3 3362 1107 274 8.9 246",
-        "slice continuum 1e-2 3362 1107 62 3.9 246",
-        "block column 1e-2 1755 0 59 4.2 265",
-        "block column 1e-2 13311 0 58 10.9 510",
-        "block continuum 1e-2 13311 7047 59 15.2 482",
-        "slice mesh 1e-3 4346 1431 222 16.0 255",
-        "slice mesh 1e-2 4346 1431 64 7.3 258",
-        "block mesh 1e-2 12987 6075 62 25.8 503",
+        "slice column 1e-3 4346 0 234 6.3 279",
+        "slice continuum 1e-3 4346 1431 237 11.5 275",
+        "slice continuum 1e-2 4346 1431 69 4.9 273",
+        "block column 1e-2 12987 0 60 11.8 442",
+        "block continuum 1e-2 12987 6075 61 14.9 404",
+        "block continuum 1e-3 12987 6075 199 39.5 431",
+        "slice mesh 1e-3 4346 1431 251 14.3 277",
+        "slice mesh 1e-2 4346 1431 63 5.1 275",
+        "block mesh 1e-2 12987 6075 61 21.5 435",
     )
 ]
 

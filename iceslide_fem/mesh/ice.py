@@ -27,7 +27,7 @@ WINDOW_CELLS = 100  # along the block, where the ice slides
 MOST_CELLS = 4  # that the block may pass in a step, with at least one substep per cell
 WINDOW_GUARD = 3  # cells before and behind the reach of the block, which includes
 WINDOW_SHEAR = 0.15  # of its height: displacement by a change of friction
-WINDOW_BULGE = 0.05  # the same sideways; 0.002 in a soft cube (3 bar, -5 degC)
+WINDOW_BULGE = 0.15  # the same sideways; 0.05 in a cube at 5 bar whose edge folds
 
 
 def patch_lines(

@@ -439,6 +439,11 @@ def cases(given: argparse.Namespace) -> None:
 
 # --- what `iceslide info` expects: short and long, coarse and fine, attached and sliding
 
+# The shape of docs/how-to/shapes.md
+SHAPE = (
+    "rubber.length=20mm rubber.width=20mm rubber.height=8mm rubber.sipes=4 "
+    "rubber.sipe_width=0.4mm rubber.sipe_depth=6mm rubber.edge_radius=0.1mm rubber.draft_angle=5deg"
+)
 EXPECTED = (
     ("thesis_1bar", "model=point ice.heat=column"),
     ("thesis_5bar", "model=slice ice.heat=half-space numerics.tolerance=1e-2"),
@@ -461,7 +466,17 @@ EXPECTED = (
     ("thesis_1bar", "model=slice ice.heat=mesh numerics.tolerance=1e-2"),
     ("thesis_1bar", "ice.heat=mesh numerics.tolerance=1e-2"),
     ("thesis_sliding_5bar", "model=slice ice.heat=mesh numerics.tolerance=1e-2"),
-)
+    # of docs/how-to and docs/tutorials
+    ("siped_tread", "model=slice load.pressure=1bar load.speed=3 numerics.tolerance=1e-2 " + SHAPE),
+    ("siped_tread", "model=slice numerics.tolerance=1e-2 " + SHAPE),
+    ("thesis_1bar", "model=slice load.passes=10 load.period=1s film.between=freeze "
+                    "numerics.tolerance=1e-2"),
+    ("tread_block", "rubber.inertia=true"),
+    ("thesis_1bar", "model=slice load.duration=2ms rubber.modulus_is=long-term rubber.D1=1e-9 "
+                    f"numerics.tolerance=1e-2 rubber.dma={ROOT}/cases/rubber/synthetic_dma.csv"),
+    ("siped_tread", "model=block"),
+    *((scene.stem, "") for scene in sorted((ROOT / "cases").glob("*.toml"))),
+)  # fmt: skip
 
 
 class Run(NamedTuple):
@@ -487,13 +502,14 @@ def estimates(given: argparse.Namespace) -> None:
             hoped = (expected.steps, expected.time, expected.memory)
             over.append(np.divide(hoped, took))
             yield (
-                name, words, expected.rubber_unknowns, expected.ice_unknowns, steps,
+                name, words.replace(f"{ROOT}/", ""), expected.rubber_unknowns,
+                expected.ice_unknowns, found.run.summary.get("newton_iterations", 0), steps,
                 expected.steps, f"{found.seconds:.1f}", f"{expected.time:.1f}",
                 f"{found.memory / 1e6:.0f}", f"{expected.memory / 1e6:.0f}",
             )  # fmt: skip
 
-    head = ("scene", "changes", "unknowns, rubber", "ice", "steps", "expected", "s", "expected",
-            "MB", "expected")  # fmt: skip
+    head = ("scene", "changes", "unknowns, rubber", "ice", "Newton", "steps", "expected", "s",
+            "expected", "MB", "expected")  # fmt: skip
     table(head, rows())
     for what, values in zip(("steps", "seconds", "memory"), np.array(over).T, strict=True):
         print(f"{what}, expected over measured: {spread(values)}")
@@ -514,7 +530,8 @@ def fit(runs: Sequence[Run]) -> None:
         row[0] = 1.0
         if run.scene.model == "point":
             continue
-        steps, (_, rubber, ice) = run.steps + cost.START_STEPS, run.expected[:3]
+        _, rubber, ice = run.expected[:3]
+        steps = (run.steps + cost.START_STEPS) * cost.work_of_cuts(run.scene)
         first, power = (
             (1, cost.work_power(2)) if run.scene.model == "slice" else (3, cost.work_power(3))
         )

@@ -29,15 +29,20 @@ FEWEST_STEPS = 40  # least number, for the motion of a block
 STEPS_PER_POINT_STEP = 0.5  # at a tolerance of 1e-2
 TIGHTER = 0.55  # additional power of 1 / tolerance in a block's number of steps
 FIXED_STEPS = 40  # of a block with fixed steps
+INERTIA_STEPS = 2.0  # times as many steps with the rubber's mass, for its waves
+# With sipes or grooves, whose walls may meet: times as many steps, and times as long a step.
+CUT_STEPS, CUT_WORK = 1.5, 2.0
+# Under a point's friction above this, edges fold and lift off: times as many steps.
+FOLDING, FOLDING_STEPS = 0.7, 3.0
 # Seconds of the start, and per step: a constant, and per n^(3/2) (slice) or n^(4/3) (block) of n
 # rubber unknowns, as the direct solver scales; a constant, and per node of continuum ice and of
 # meshed ice. Fitted and printed by scripts.studies.accuracy_cost.
-START_SECONDS = 2.2
-PLANE_SECONDS = 0.014, 1.1e-8
-SPACE_SECONDS = 0.036, 2.2e-7
-ICE_SECONDS = 0.0, 5.7e-6
-MESHED_SECONDS = 0.0, 1.7e-5
-POINT_SECONDS = 5e-4  # per step of a point: fitted there, too
+START_SECONDS = 2.3
+PLANE_SECONDS = 0.016, 1.3e-8
+SPACE_SECONDS = 0.036, 2.8e-7
+ICE_SECONDS = 0.0, 9e-6
+MESHED_SECONDS = 0.0, 1.2e-5
+POINT_SECONDS = 8e-4  # per step of a point: fitted there, too
 START_STEPS = 15  # press and speed ramp, in steps
 POINT_MEMORY = 0.16e9  # bytes, of which nearly all is programs
 
@@ -62,7 +67,7 @@ def estimate(scene: Scene) -> Cost:
 
     size = unknowns(scene)
     seconds = step_seconds(size.dimensions, size.rubber, size.ice, scene.ice.heat)
-    time = START_SECONDS + (steps + START_STEPS) * seconds
+    time = START_SECONDS + (steps + START_STEPS) * work_of_cuts(scene) * seconds
     return Cost(steps, size.rubber, size.ice, memory_needed(size), time)
 
 
@@ -72,6 +77,15 @@ def step_seconds(dimensions: int, rubber: int, ice: int, heat: str) -> float:
     of_ice, of_node = MESHED_SECONDS if heat == "mesh" else ICE_SECONDS
     ice_seconds = of_ice + of_node * ice if ice else 0.0
     return fixed + work * rubber ** work_power(dimensions) + ice_seconds
+
+
+def work_of_cuts(scene: Scene) -> float:
+    """Time of a step over that of a block with as many unknowns and without sipes or grooves."""
+    return CUT_WORK if _is_cut(scene) else 1.0
+
+
+def _is_cut(scene: Scene) -> bool:
+    return bool(scene.rubber.cuts or scene.rubber.grooves)
 
 
 def work_power(dimensions: int) -> float:
@@ -96,7 +110,8 @@ def expected_steps(scene: Scene) -> int:
     numerics, duration = scene.numerics, scene.load.duration
     if scene.model != "point" and not INTEGRATORS[numerics.film_integrator].estimate:
         return ceil(duration / numerics.max_step) if numerics.max_step else FIXED_STEPS
-    steps = len(point_rows(scene)) - 1
+    rows = point_rows(scene)
+    steps = len(rows) - 1
     if scene.model == "point":
         return steps * scene_passes(scene).number
     more = (1e-2 / numerics.tolerance) ** TIGHTER
@@ -108,7 +123,14 @@ def expected_steps(scene: Scene) -> int:
 
         distance = cells_in_a_step(scene) * window_cell(scene)
         fewest = max(fewest, duration * scene.load.speeds.largest / distance)
-    return ceil(fewest - 1e-6)  # against rounding
+    folds = max(row.mu for row in rows) > FOLDING
+    for applies, times in (
+        (_is_cut(scene), CUT_STEPS),
+        (scene.rubber.inertia, INERTIA_STEPS),
+        (folds, FOLDING_STEPS),
+    ):
+        fewest *= times if applies else 1.0
+    return scene_passes(scene).number * ceil(fewest - 1e-6)  # against rounding
 
 
 def expected(scene: Scene) -> list[str]:
