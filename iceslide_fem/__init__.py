@@ -2,8 +2,9 @@
 
 For scripts and notebooks, with results as labelled arrays that have units: scenes (`load_scene`),
 runs (`run`, `read_run`), sweeps (`sweep`, `read_sweep`), the point level (`Conditions`,
-`simulate_points`), footprints, surfaces and wheels (`footprint`, `roughness`, `wheel`), user
-friction laws (`Law` with `Contact`, `Surface`, `Response`), data of materials (`COMPOUNDS`,
+`simulate_points`), parameters from data (`calibrate`) and what doubt in inputs means
+(`uncertainty`), footprints, surfaces and wheels (`footprint`, `roughness`, `wheel`), user friction
+laws (`Law` with `Contact`, `Surface`, `Response`), data of materials (`COMPOUNDS`,
 `CONTACT_TABLES`, `ICE`), closed forms and formulas (`reference`). Each name is loaded when it is
 asked for.
 """
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from iceslide_fem import reference
+    from iceslide_fem.api.inference import calibrate, uncertainty
     from iceslide_fem.api.points import Conditions, simulate_points
     from iceslide_fem.api.preprocessors import footprint, roughness, wheel
     from iceslide_fem.api.runs import load_scene, read_run, run
@@ -33,6 +35,7 @@ __all__ = [
     "Law",
     "Response",
     "Surface",
+    "calibrate",
     "footprint",
     "load_scene",
     "point",
@@ -43,10 +46,12 @@ __all__ = [
     "run",
     "simulate_points",
     "sweep",
+    "uncertainty",
     "wheel",
 ]
 
 _MODULES = {
+    "api.inference": ("calibrate", "uncertainty"),
     "api.points": ("Conditions", "simulate_points"),
     "api.preprocessors": ("footprint", "roughness", "wheel"),
     "api.runs": ("load_scene", "read_run", "run"),

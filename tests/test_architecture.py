@@ -26,6 +26,7 @@ FLOORS = [
     {"postprocess"},
     {"preprocess", "simulate"},
     {"workflow"},
+    {"inference"},
     {"api"},
     {"app"},
     {"commands"},

@@ -35,6 +35,14 @@ COMMANDS = {
         "k, D and H_V over pressure, from a height map of the rubber: contact.csv for "
         "film.contact.",
     ),
+    "calibrate": Entry(
+        "iceslide_fem.inference.calibrate.command",
+        "Parameters of a scene from measured friction, with intervals, and what is not determined.",
+    ),
+    "uncertainty": Entry(
+        "iceslide_fem.inference.uncertainty.command",
+        "What uncertain inputs mean for mu: its spread, and which input it comes from.",
+    ),
     "rubber": Entry(
         "iceslide_fem.preprocess.rubber.command",
         "Rubber that relaxes, from a DMA table: shifts, Prony series, a \\[rubber] for scenes.",

@@ -33,6 +33,13 @@ def exposure(scene: Scene) -> float:
     return duration if scene.ice.motion == "attached" else min(duration, transit_time(scene))
 
 
+def exposures(scene: Scene, speed: ArrayLike, duration: ArrayLike) -> Array:
+    """The same (s) at other speeds (m/s) and durations (s), which broadcast."""
+    if scene.ice.motion == "attached":
+        return np.asarray(duration, dtype=float)
+    return np.asarray(np.minimum(duration, scene.rubber.length / np.asarray(speed)))
+
+
 def ice_model(scene: Scene) -> str | Ground:
     """Ice below a point: `half-space`, or the ground of a column.
 
@@ -117,9 +124,9 @@ def varied_conditions(scene: Scene, **varied: ArrayLike) -> Conditions:
     """Conditions of the point of `scene`, with some values `varied`.
 
     varied: arguments of `Conditions.of`, and for dry shear dry_stress (Pa), dry_softening and
-    dry_residual (K). They broadcast to one dimension. k, D and H_V follow the pressure, and the
-    first height the temperature, unless they are varied. Raises ValueError as `Conditions.of`, if
-    k, D or H_V is varied under contact age, and if voids carry.
+    dry_residual (K). They broadcast to one dimension. k, D and H_V follow the pressure, the first
+    height the temperature, and the time on sliding ice the speed, unless they are varied. Raises
+    ValueError as `Conditions.of`, if k, D or H_V is varied under contact age, and if voids carry.
     """
     if scene.film.voids == "carry":
         raise ValueError('conditions have no voids that carry (film.voids = "carry"): sweep scenes')
@@ -133,7 +140,9 @@ def varied_conditions(scene: Scene, **varied: ArrayLike) -> Conditions:
     k, D, H_V, _ = scene.contact_parameters(varied.get("pressure", fixed["pressure"]))
     height = scene.height_on(varied.get("temperature", fixed["temperature"]))
     fixed |= {"k": k, "D": D, "H_V": H_V, "initial_height": height}
-    fixed["duration"] = np.broadcast_to(fixed["duration"], count)
+    fixed["duration"] = np.broadcast_to(
+        exposures(scene, varied.get("speed", fixed["speed"]), scene.load.duration), count
+    )
     return Conditions.of(strength=strength, refreeze=scene.refreeze, **fixed | varied)
 
 

@@ -76,10 +76,7 @@ def simulate(
     for name, value in positive.items():
         if value is not None and not value > 0.0:
             raise ValueError(f"{name} = {value:g} is not possible; allowed: more than 0")
-    if water is not None:
-        viscosity, limit = water(conditions.temperature), conditions.limit
-        limit = limit and limit._replace(viscosity=viscosity)
-        conditions = conditions._replace(viscosity=viscosity, limit=limit)
+    conditions = conditions.in_water(water)
     duration = conditions.duration
     if isinstance(ice, str | Ground):
         ice = ice_below(ice, conditions.temperature, duration, conditions.solid)

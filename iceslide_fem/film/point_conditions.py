@@ -136,6 +136,14 @@ class Conditions(NamedTuple):
         limit = LimitingShear.together(limits, sizes) if limits else None
         return cls(**arrays, limit=limit, refreeze=parts[0].refreeze)
 
+    def in_water(self, water: Curve | None) -> Conditions:
+        """The conditions with the viscosity of a table over temperature, that of the cold ice."""
+        if water is None:
+            return self
+        viscosity = water(self.temperature)
+        limit = self.limit and self.limit._replace(viscosity=viscosity)
+        return self._replace(viscosity=viscosity, limit=limit)
+
     def loads(self, water: Curve | None = None) -> FilmLoads:
         """Constant film loads; with `water` the viscosity is that of the table at T_0."""
         variable_viscosity = None if water is None else VariableViscosity(water, self.viscosity)

@@ -40,6 +40,8 @@ RESULTS = [
     *"contact.csv contact_*ms.csv surface.json map.png contact.png parameters.png".split(),
     *"spectrum.png rubber.toml rubber.csv rubber.json shift_factors.csv master_curve.png".split(),
     *"shift_factors.png relaxation.png stress.png".split(),
+    *"uncertainty.json samples.csv runs.csv distribution.png inputs.png control.png".split(),
+    *"calibration.json residuals.csv snippet.toml measured.png profiles.png residuals.png".split(),
 ]
 FOLDERS = ("fields", "cases", "point_*", "slice_*", "block_*")
 # Allowed beside results, and kept: scenes, and files of a queue or a sweep.

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -56,6 +57,14 @@ class ContactTable:
         k, D, H_V = (curve.scaled(stiffer) for curve in (self.k, self.D, self.H_V))
         return ContactTable(self.source, k, D, H_V, modulus)
 
+    def scaled(self, k: float = 1.0, D: float = 1.0, H_V: float = 1.0) -> ContactTable:
+        """The table with factors on k (at most 1 after it), D and H_V."""
+        if k == D == H_V == 1.0:
+            return self
+        more = replace(self.k, values=tuple(min(k * one, 1.0) for one in self.k.values))
+        D_curve, H_V_curve = self.D.scaled(values=D), self.H_V.scaled(values=H_V)
+        return replace(self, k=more, D=D_curve, H_V=H_V_curve)
+
     def __call__(self, pressure: ArrayLike) -> ContactParameters:
         """Evaluate at `pressure` (Pa, any shape)."""
         place = self.k.place(pressure)
@@ -87,6 +96,10 @@ class ConstantContact:
     k: float
     D: float
     H_V: float
+
+    def scaled(self, k: float = 1.0, D: float = 1.0, H_V: float = 1.0) -> ConstantContact:
+        """The constants with factors on k (at most 1 after it), D and H_V."""
+        return ConstantContact(min(k * self.k, 1.0), D * self.D, H_V * self.H_V)
 
     def __call__(self, pressure: ArrayLike) -> ContactParameters:
         """The constants, broadcast to the shape of `pressure` (Pa)."""
@@ -120,8 +133,18 @@ def read_contact_table(path: Path, key: str) -> ContactTable:
     The optional column youngs_modulus_Pa, constant over rows, is that of the table's rubber. Other
     units are named in the heading, as in "pressure (bar)". There are two or more rows in ascending
     pressure; lines that begin with # are comments. k must not fall and H_V must not rise with
-    pressure. Otherwise raises SceneError with `key`.
+    pressure. Otherwise raises SceneError with `key`. A file that has not changed is read once.
     """
+    try:
+        known = path.stat()
+    except OSError:  # the reader says why
+        return _read(path, key)
+    return _read(path, key, known.st_mtime_ns, known.st_size)
+
+
+@lru_cache(maxsize=32)
+def _read(path: Path, key: str, *version: int) -> ContactTable:
+    """The table in a file of a `version`. Raises SceneError."""
     wanted = [column for column, _, _ in COLUMNS]
     table, found = read_columns(path, key, wanted, NEEDED)
     for column, low, high in COLUMNS:

@@ -118,6 +118,7 @@ class Friction(Table):
 HEIGHT = RowsOf("ice temperature", ICE_TEMPERATURE, Quantity("m", "0 nm", "10 um"), "0 nm")
 DRY_STRESS = RowsOf("ice temperature", ICE_TEMPERATURE, Quantity("Pa", "1 Pa", "1 GPa"), "0 Pa")
 RESIDUAL = 0.5  # K
+SCALE = Quantity("", "0.01", "100")
 THINNEST = 1e-9  # m, initial height of water films
 
 
@@ -156,6 +157,9 @@ class Film(Table):
         "Young's modulus of the rubber of `film.contact`, if its file has no column "
         "`youngs_modulus_Pa`.",
     )
+    k_scale: Annotated[float, SCALE] = key(1.0, "Factor on k of the table or the constant.")
+    D_scale: Annotated[float, SCALE] = key(1.0, "Factor on D of the table or the constant.")
+    H_V_scale: Annotated[float, SCALE] = key(1.0, "Factor on H_V of the table or the constant.")
     initial_height: Annotated[Any, HEIGHT] = key(
         70e-9,
         "Height of the film at the start; at least 1 nm unless `film.dry_stress` is given. A "
@@ -243,6 +247,11 @@ class Film(Table):
                 "given: none of the file's column youngs_modulus_Pa and film.contact_modulus"
             )
         return self
+
+    @property
+    def contact_scales(self) -> tuple[float, float, float]:
+        """Factors on k, D and H_V."""
+        return self.k_scale, self.D_scale, self.H_V_scale
 
     @property
     def dry_softens(self) -> bool:

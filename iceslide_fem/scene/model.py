@@ -152,19 +152,19 @@ class Scene(Tables):
         """
         film = self.film
         if film.k is not None and film.D is not None and film.H_V is not None:
-            return ConstantContact(film.k, film.D, film.H_V)
+            return ConstantContact(film.k, film.D, film.H_V).scaled(*film.contact_scales)
         return self.touching_table
 
     @property
     def given_table(self) -> ContactTable:
-        """k, D and H_V over pressure (Pa) as the film's table or the compound's has them, with the
-        modulus of its rubber if that is known.
+        """k, D and H_V over pressure (Pa) as the film's table or the compound's has them, times the
+        film's factors, with the modulus of its rubber if that is known.
         """
         film = self.film
         if film.contact is None:
             assert self.rubber.compound is not None  # by Scene's validation
-            return CONTACT_TABLES[self.rubber.compound]
-        table = read_contact_table(film.contact, "film.contact")
+            return CONTACT_TABLES[self.rubber.compound].scaled(*film.contact_scales)
+        table = read_contact_table(film.contact, "film.contact").scaled(*film.contact_scales)
         return replace(table, youngs_modulus=table.youngs_modulus or film.contact_modulus)
 
     @property

@@ -43,6 +43,12 @@ class Tables(Table):
     friction: Friction = Friction()
     numerics: Numerics = Numerics()
     output: Output = Output()
+    uncertainty: dict[str, str] = key(
+        {},
+        "How uncertain inputs are, by their keys, for `iceslide uncertainty`: a normal spread "
+        "(`0.3+-10%`), an even one (`1bar..2bar`), or a log-normal one around the scene's value "
+        "(`~10%`).",
+    )
 
     @property
     def rubber_temperature(self) -> float:

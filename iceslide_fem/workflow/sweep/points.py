@@ -10,15 +10,14 @@ import numpy as np
 
 from iceslide_fem.film.conditions import rubber_columns, scene_conditions, simulation_settings
 from iceslide_fem.film.point import Conditions, Record, simulate
-from iceslide_fem.film.shear_strength import shear_strength
 from iceslide_fem.output.table import PassRow
+from iceslide_fem.runs.many_points import CHUNK, shared_by
 from iceslide_fem.runs.point import point_doubts, point_history, point_summary
 from iceslide_fem.runs.point_pass import imbalances
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.fingerprint import versions
-from iceslide_fem.scene.materials import BOTTOMLESS
 from iceslide_fem.workflow.sweep.table import CURVES, DONE, FAILED, SAMPLES, CaseResult
 
 
@@ -53,56 +52,29 @@ class SampledHeights:
         self._start[points], self._next[points] = last, after
 
 
-# Conditions per call: more only take memory.
-CHUNK = 20_000
-
-
 def simulate_points(scenes: Sequence[Scene]) -> list[CaseResult]:
     """Outcomes of point scenes, in order.
 
-    Scenes on attached ice with equal numerics and duration share a call. If a call fails, its
-    scenes are bisected until the failing one is alone.
+    Scenes on attached ice with equal duration share a call, where `shared_by` allows it. If a call
+    fails, its scenes are bisected until the failing one is alone.
     """
     groups: dict[tuple[Any, ...], list[int]] = {}
     outcomes: list[CaseResult] = [CaseResult(FAILED)] * len(scenes)
     for number, scene in enumerate(scenes):
-        # Separate calls: sliding ice (each scene has its transit time); passes (each starts from
-        # the last one); loads over time, user laws and load-bearing voids (each has its steps);
-        # films whose heights do not follow from mu.
-        if (
-            scene.ice.motion == "sliding"
-            or scene.several_passes
-            or scene.load.changes
-            or scene.friction.law != "film"
-            or scene.water.table is not None
-            or scene.film.voids == "carry"
-        ):
+        together = shared_by(scene)
+        # On sliding ice each scene has its transit time, and its curves are a block's. Heights of
+        # films whose water changes its viscosity do not follow from mu.
+        curves = scene.ice.motion == "sliding" or scene.water.table is not None
+        if together is None or curves:
             outcomes[number] = _alone(scene)
         else:
-            groups.setdefault(_shared(scene), []).append(number)
+            groups.setdefault((scene.load.duration, *together), []).append(number)
     for numbers in groups.values():
         for first in range(0, len(numbers), CHUNK):
             chunk = numbers[first : first + CHUNK]
             for number, outcome in zip(chunk, _outcomes([scenes[i] for i in chunk]), strict=True):
                 outcomes[number] = outcome
     return outcomes
-
-
-def _shared(scene: Scene) -> tuple[Any, ...]:
-    """Key of scenes that can share a call.
-
-    It has duration, settings, ground, number of rows and freezing of dry shear, and rubber columns,
-    which start at one temperature.
-    """
-    ice, rubber, strength = scene.ice, scene.rubber, shear_strength(scene)
-    heat: tuple[Any, ...] = ()
-    if rubber.heat:
-        film = scene.film.conductance, scene.water.conductivity
-        heat = scene.rubber_temperature, ice.melting_temperature, *rubber.solid, *film
-    below = None if ice.ground == BOTTOMLESS else ice.solid  # one solid for all on it
-    rows = 0 if strength is None else len(strength.depth)
-    limit = rows, scene.refreeze
-    return scene.load.duration, heat, below, *limit, *simulation_settings(scene).values()
 
 
 def _alone(scene: Scene) -> CaseResult:

@@ -1,0 +1,138 @@
+"""From measured friction to parameters, and from uncertain inputs to that of mu, for scripts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from iceslide_fem.api.runs import plain_attributes
+from iceslide_fem.inference.calibrate.command import CALIBRATE
+from iceslide_fem.inference.calibrate.output import Calibration
+from iceslide_fem.inference.uncertainty.command import UNCERTAINTY
+from iceslide_fem.inference.uncertainty.propagate import Spread
+from iceslide_fem.preprocess.work import Done, run
+from iceslide_fem.scene import flat
+from iceslide_fem.scene.fingerprint import versions_in_words
+
+
+def calibrate(
+    data: Path | str,
+    scene: Path | str,
+    fit: Mapping[str, str],
+    *,
+    out: Path | str | None = None,
+    force: bool = False,
+    **options: Any,
+) -> xr.Dataset:
+    """Parameters of a scene from measured friction, as `iceslide calibrate`.
+
+    `data` is a table of loads and mu, `scene` a scene file, `fit` has bounds "low:high" by keys.
+    Options have the command's names (`over`, `output`, `noise`, `level`, `change`). Writes to `out`
+    what the command writes, by default to `results/<name of the data>_calibration`.
+
+    `estimate`, `low` and `high` (NaN where a profile does not close) and `standard_error_of_ln` are
+    over `parameter`, `covariance_of_ln` over `parameter` and `other`; `mu_measured`, `mu_computed`
+    and `mu_left_out` over `row`. Attributes: the figures of `calibration.json` by dotted names.
+
+    Raises `SceneError` with one sentence, before anything is written, where the input is wrong,
+    `SimulationStopped` where the law finds no step.
+
+    ```python
+    import iceslide_fem
+
+    found = iceslide_fem.calibrate("tester.csv", "scene.toml",
+                                   {"film.dry_stress": "10kPa:10MPa"}, over="20 mm")
+    found["estimate"].sel(parameter="film.dry_stress")
+    ```
+    """
+    done = run(
+        CALIBRATE,
+        {"source": Path(data), "scene": Path(scene), "fit": dict(fit), **options},
+        None if out is None else Path(out),
+        force,
+    )
+    found: Calibration = done.found
+    parts = done.figures["parameters"]
+    numbers = {
+        name: ("parameter", [np.nan if one[name] is None else one[name] for one in parts.values()])
+        for name in ("estimate", "low", "high", "standard_error_of_ln")
+    }
+    problem, best = found.problem, found.fit.best
+    measured = problem.ln_measured
+    rows = {
+        "mu_measured": np.exp(measured),
+        "mu_computed": np.exp(measured + best.residuals * problem.scale),
+        "mu_left_out": np.exp(measured + found.fit.left_out * problem.scale),
+    }
+    return xr.Dataset(
+        {
+            **numbers,
+            "covariance_of_ln": (("parameter", "other"), found.fit.covariance),
+            **{name: ("value", values) for name, values in rows.items()},
+        },
+        {
+            "parameter": list(parts),
+            "other": list(parts),
+            "unit": ("parameter", [one["unit"] for one in parts.values()]),
+            "row": ("value", problem.row_of_value + 1),
+        },
+        _attributes("calibration", done),
+    )
+
+
+def uncertainty(
+    scene: Path | str,
+    input: Mapping[str, str] | None = None,
+    *,
+    calibration: Path | str | None = None,
+    out: Path | str | None = None,
+    force: bool = False,
+    **options: Any,
+) -> xr.Dataset:
+    """What uncertain inputs mean for mu, as `iceslide uncertainty`.
+
+    `input` has spreads by keys, beside those of the scene's table `[uncertainty]`: "0.3+-10%",
+    "1bar..2bar", "~10%"; `calibration` is a calibration.json, or its folder. Options have the
+    command's names (`samples`, `runs`, `output`, `change`). Writes to `out` what the command
+    writes, by default to `results/<name of the file>_uncertainty`.
+
+    `mu` and every input are over `sample`, `first_order` and `total` (Sobol indices) over `input`.
+    Attributes: the figures of `uncertainty.json` by dotted names.
+
+    Raises `SceneError` with one sentence, before anything is computed, where the input is wrong,
+    `SimulationStopped` where more than 5 % of the samples fail.
+
+    ```python
+    import iceslide_fem
+
+    found = iceslide_fem.uncertainty("scene.toml", {"film.k_scale": "~10%"})
+    found["mu"].quantile([0.025, 0.975])
+    ```
+    """
+    given = {"source": Path(scene), "input": dict(input or {}), **options}
+    if calibration is not None:
+        given["calibration"] = Path(calibration)
+    done = run(UNCERTAINTY, given, None if out is None else Path(out), force)
+    found: Spread = done.found
+    keys = done.case.inputs.keys
+    data: dict[str, Any] = {"mu": ("sample", found.mu)}
+    data |= {
+        key: ("sample", values) for key, values in zip(keys, found.samples.values.T, strict=True)
+    }
+    first, total = zip(*found.indices.values(), strict=True)
+    data |= {"first_order": ("input", list(first)), "total": ("input", list(total))}
+    return xr.Dataset(data, {"input": list(found.indices)}, _attributes("uncertainty", done))
+
+
+def _attributes(kind: str, done: Done) -> dict[str, Any]:
+    figures, left_out = done.figures, ("case", "versions")
+    return {
+        "iceslide_fem": kind,
+        "folder": str(done.folder),
+        "versions": versions_in_words(figures["versions"]),
+        **plain_attributes(flat({key: v for key, v in figures.items() if key not in left_out})),
+    }

@@ -1,0 +1,198 @@
+"""Least squares of a calibration: the best parameters, their profiles, and leave-one-out."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq, least_squares
+from scipy.stats import chi2, qmc
+from scipy.stats import f as fisher
+
+from iceslide_fem.inference.calibrate.problem import Problem
+from iceslide_fem.runtime.arrays import Array, Index, Mask
+from iceslide_fem.runtime.terminal import LongTask
+
+LEVEL = 0.95
+STARTS, TRIED = 3, 64  # of fits beside the scene's own, and of places looked at for them
+PLACES_SEED = 0
+STEP = 1e-5  # of ln p, at which a fit ends
+LOOSE = 1e-3  # the same of fits on profiles and without a row, which start near their end
+SAME = 1e-3  # relative difference of sums of squares of fits that found the same
+FARTHEST = 2.5  # step along a profile, in standard errors
+OPEN = 0.5  # standard error of ln p from which a direction is not determined
+PART = 0.2  # of a direction, from which a parameter belongs to it
+CLOSE = 0.02  # of a standard error, at which the end of an interval is found
+
+
+class Solution(NamedTuple):
+    """Parameters z = ln p (p,), residuals (values,), Jacobian (values, p), and sum of squares."""
+
+    z: Array
+    residuals: Array
+    slope: Array
+    squares: float
+
+
+class Interval(NamedTuple):
+    """Where a parameter lies: ends of z, NaN where the profile does not close before its bound.
+
+    profile: z of the parameter and sums of squares of the best of the others, (k, 2).
+    """
+
+    low: float
+    high: float
+    profile: Array
+
+
+class Fit(NamedTuple):
+    """The best parameters and how sure they are.
+
+    variance: of residuals, estimated, or 1 where sigma is known; covariance: of z (p, p); singular:
+    values of the Jacobian; directions: of z that belong to them, in columns (p, p); left_out:
+    residuals of rows that the fit did not see (values,); other: sum of squares of the best fit
+    elsewhere, or None if all starts found the same.
+    """
+
+    best: Solution
+    variance: float
+    covariance: Array
+    singular: Array
+    directions: Array
+    intervals: tuple[Interval, ...]
+    left_out: Array
+    other: float | None
+
+
+def fit(problem: Problem, level: float = LEVEL) -> Fit:
+    """Fit all parameters, with intervals at a `level`, and leave-one-out.
+
+    Raises SimulationStopped.
+    """
+    solutions = [_solve(problem, start) for start in _starts(problem)]
+    best = min(solutions, key=lambda one: one.squares)
+    worse = [one.squares for one in solutions if one.squares > (1.0 + SAME) * best.squares]
+    p, rows = best.z.size, problem.measured.count
+    variance = 1.0 if problem.measured.known else best.squares / (rows - p)
+    _, singular, directions = np.linalg.svd(best.slope, full_matrices=False)
+    weak = np.maximum(singular, 1e-12 * singular[0])
+    covariance = (directions.T * (variance / weak**2)) @ directions
+    ends = []
+    with LongTask(p + 1) as task:
+        for number in range(p):
+            task.show(number, f"profile of {problem.parameters[number].key}")
+            ends.append(_interval(problem, best, number, variance, covariance, level))
+        task.show(p, "leave-one-out")
+        left_out = _leave_one_out(problem, best)
+    return Fit(best, variance, covariance, singular, directions.T, tuple(ends), left_out,
+               min(worse, default=None))  # fmt: skip
+
+
+def _starts(problem: Problem) -> list[Array]:
+    """The scene's own parameters, and the best of some places spread over the bounds."""
+    places = qmc.LatinHypercube(problem.start.size, seed=PLACES_SEED).random(TRIED)
+    spread = problem.low + places * (problem.high - problem.low)
+    off = (problem.computed(spread) - problem.ln_measured) / problem.scale
+    order = np.argsort((off**2).sum(axis=1))
+    return [problem.start, *spread[order[:STARTS]]]
+
+
+def _solve(
+    problem: Problem,
+    start: Array,
+    fixed: int | None = None,
+    kept: Mask | None = None,
+    step: float = STEP,
+) -> Solution:
+    """The best parameters from `start`, with one `fixed`, for the `kept` values."""
+    free = np.arange(start.size) if fixed is None else np.delete(np.arange(start.size), fixed)
+    use: Mask | slice = slice(None) if kept is None else kept
+
+    def whole(part: Array) -> Array:
+        z = start.copy()
+        z[free] = part
+        return z
+
+    low, high = problem.low[free], problem.high[free]
+    if free.size:
+        found = least_squares(
+            lambda part: problem.residuals(whole(part))[0][use],
+            np.clip(start[free], low + 1e-9 * (high - low), high - 1e-9 * (high - low)),
+            jac=lambda part: problem.residuals(whole(part))[1][use][:, free],
+            bounds=(low, high), x_scale="jac", xtol=step, ftol=0.1 * step, gtol=None,
+        )  # fmt: skip
+        start = whole(found.x)
+    residuals, slope = problem.residuals(start)
+    return Solution(start, residuals, slope, float((residuals[use] ** 2).sum()))
+
+
+def _interval(
+    problem: Problem,
+    best: Solution,
+    number: int,
+    variance: float,
+    covariance: Array,
+    level: float,
+) -> Interval:
+    """The interval of a parameter by its profile (Bates and Watts): where the sum of squares of the
+    best others rises by variance times F(1, n - p) at the level, chi2(1) where sigma is known.
+    """
+    free = problem.measured.count - best.z.size
+    known = problem.measured.known
+    limit = chi2.ppf(level, 1) if known else fisher.ppf(level, 1, free)
+    error = float(np.sqrt(covariance[number, number]))
+    along = covariance[:, number] / covariance[number, number]
+    profile = [(best.z[number], best.squares)]
+
+    def end(sign: float, bound: float) -> float:
+        last = best.z
+
+        @cache
+        def excess(z: float) -> float:
+            nonlocal last
+            guess = np.clip(last + along * (z - last[number]), problem.low, problem.high)
+            guess[number] = z
+            found = _solve(problem, guess, fixed=number, step=LOOSE)
+            last = found.z
+            profile.append((z, found.squares))
+            rise = max(found.squares - best.squares, 0.0) / variance
+            return float(np.sqrt(rise) - np.sqrt(limit))
+
+        near, far = float(best.z[number]), float(best.z[number])
+        step = min(np.sqrt(limit) * error, FARTHEST * max(error, 0.02), 1.0)
+        while far != bound:
+            near, far = far, float(np.clip(far + sign * step, *sorted((far, bound))))
+            if excess(far) > 0.0:
+                return float(brentq(excess, near, far, xtol=CLOSE * min(error, 1.0)))
+        return float("nan")
+
+    low, high = end(-1.0, problem.low[number]), end(1.0, problem.high[number])
+    return Interval(low, high, np.array(sorted(profile)))
+
+
+def _leave_one_out(problem: Problem, best: Solution) -> Array:
+    """Residuals of the values of each row under the parameters that fit all other rows."""
+    row = problem.row_of_value
+    found = np.empty(best.residuals.size)
+    for number in range(problem.measured.count):
+        own = row == number
+        there = _solve(problem, best.z, kept=~own, step=LOOSE)
+        found[own] = there.residuals[own]
+    return found
+
+
+def undetermined(found: Fit) -> list[tuple[Index, Array, float]]:
+    """Directions of z that the data leave open: their parameters, exponents, and standard error.
+
+    Open is a direction whose standard error of ln p is above `OPEN`, several times that of another.
+    """
+    errors = np.sqrt(found.variance) / np.maximum(found.singular, 1e-300)
+    result = []
+    for number, error in enumerate(errors):
+        if error < OPEN:
+            continue
+        direction = found.directions[:, number]
+        part = np.flatnonzero(np.abs(direction) > PART)
+        result.append((part, direction[part], float(error)))
+    return result

@@ -1,0 +1,82 @@
+"""Input of `iceslide uncertainty`, validated like a scene, by the names of its options."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import ConfigDict, Field
+
+from iceslide_fem.inference.calibrate.case import pairs
+from iceslide_fem.inference.parameters import checked
+from iceslide_fem.inference.uncertainty.distribution import read_distribution
+from iceslide_fem.inference.uncertainty.sampling import Inputs, read_calibration
+from iceslide_fem.runs.model_levels import resolved
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.scene import Scene, load_scene
+from iceslide_fem.scene.command_options import CommandOptions, Number, option
+from iceslide_fem.scene.variation import number_at
+
+
+def _named(key: str) -> str:
+    names = {"source": "SCENE.toml", "change": "--set", "calibration": "--from"}
+    return names.get(key, "--" + key.replace("_", "-"))
+
+
+class UncertaintyCase(CommandOptions):
+    """A scene and how its inputs are spread; SI units."""
+
+    model_config = ConfigDict(alias_generator=_named)
+
+    source: Path = option(..., "The scene, with a table \\[uncertainty] or --input.", "SCENE.toml")
+    input: Annotated[dict[str, str], pairs("--input", "film.k_scale=~10%")] = option(
+        {},
+        "A key and its spread: ice.temperature=-4degC+-0.5K, film.k_scale=~10%, "
+        "load.pressure=1bar..2bar. May be repeated.",
+        "KEY=SPREAD",
+    )
+    calibration: Path | None = option(
+        None, "Parameters of iceslide calibrate, with their covariance.", "CALIBRATION.json"
+    )
+    change: Annotated[dict[str, str], pairs("--set", "load.pressure=3bar")] = option(
+        {}, "Another value of the scene: load.pressure=3bar. May be repeated.", "KEY=VALUE"
+    )
+    output: Literal["mu_mean", "mu_peak", "mu_end"] = option("mu_mean", "Whose spread.")
+    samples: Annotated[int, Field(ge=64, le=65536), Number] = option(1024, "Points.", "N", "1024")
+    runs: Annotated[int, Field(ge=4, le=1000), Number] = option(
+        8, "Runs of a slice or block; points do the rest.", "N", "8"
+    )
+
+    @property
+    def files(self) -> list[Path]:
+        """Scene and calibration."""
+        return [path for path in (self.source, self.calibration) if path is not None]
+
+    @cached_property
+    def scene(self) -> Scene:
+        """The scene on its model level. Raises SceneError."""
+        changes = [f"{key}={text}" for key, text in self.change.items()]
+        return resolved(load_scene(self.source, changes))
+
+    @cached_property
+    def inputs(self) -> Inputs:
+        """All uncertain inputs, those of --input before those of the scene. Raises SceneError."""
+        texts = {**self.scene.uncertainty, **self.input}
+        joint = None if self.calibration is None else read_calibration(self.calibration)
+        if not texts and joint is None:
+            raise SceneError(
+                f"nothing in {self.source} is uncertain; give --input with a key and its spread, "
+                "--from with a calibration, or a table [uncertainty] in the scene"
+            )
+        single = [read_distribution(self.scene, key, text) for key, text in texts.items()]
+        found = Inputs(single, joint)
+        for key in found.keys:
+            if found.keys.count(key) > 1:
+                raise SceneError(f"{key} is uncertain twice, by --input and by the calibration")
+            if number_at(self.scene, key) is None and key not in (joint.keys if joint else ()):
+                raise SceneError(f"{key} is no number in this scene")
+        for one in single:
+            for end in (one.low, one.high):
+                checked(self.scene, {one.parameter.key: end})
+        return found

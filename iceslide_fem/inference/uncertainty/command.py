@@ -1,0 +1,92 @@
+"""`iceslide uncertainty`: draw, compute, write; and words about it."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from iceslide_fem.inference.uncertainty.case import UncertaintyCase
+from iceslide_fem.inference.uncertainty.output import charts, figures, write
+from iceslide_fem.inference.uncertainty.propagate import Spread, spread_of_points, spread_of_runs
+from iceslide_fem.postprocess.report.page import Cell, Table
+from iceslide_fem.preprocess.work import Preprocessor, Words
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.scene import Scene
+from iceslide_fem.scene.fingerprint import fingerprint
+from iceslide_fem.workflow.sweep.plan import Case
+from iceslide_fem.workflow.sweep.processes import compute as compute_runs
+from iceslide_fem.workflow.sweep.processes import prepare, share_cores
+from iceslide_fem.workflow.sweep.table import DONE
+
+LEFT_OUT = (
+    "Inputs that are not named are taken as exact, and so is the model. Inputs of --input are "
+    "independent; parameters of a calibration are not (docs/explanation/calibration.md)."
+)
+HEAD = ("input", "spread", "alone", "with all others")
+
+
+def compute(case: UncertaintyCase) -> Spread:
+    """The spread of a case. Raises SceneError, SimulationStopped."""
+    scene, inputs = case.scene, case.inputs
+    if scene.model == "point":
+        return spread_of_points(scene, inputs, case.samples, case.output)
+
+    def run(scenes: Sequence[Scene], folder: Path) -> Array:
+        cases = [Case(f"run{i}", one, fingerprint(one)) for i, one in enumerate(scenes, start=1)]
+        prepare(folder, cases)
+        mu = dict.fromkeys((one.name for one in cases), np.nan)
+        for one, outcome in compute_runs(folder, cases, share_cores(1, None)):
+            if outcome.status == DONE:
+                mu[one.name] = outcome.summary[case.output]
+        return np.array(list(mu.values()))
+
+    with tempfile.TemporaryDirectory() as folder:
+        return spread_of_runs(scene, inputs, case.runs, case.output, run, Path(folder))
+
+
+def words(figures: Mapping[str, Any]) -> Words:
+    """What terminal and page say of the spread."""
+    rows = [
+        [Cell(key), Cell(one["spread"]), Cell(f"{one['first_order']:.0%}"),
+         Cell(f"{one['total']:.0%}")]
+        for key, one in figures["inputs"].items()
+    ]  # fmt: skip
+    said = (
+        f"{figures['output']} of {figures['name']} is {figures['mean']:.4g} with a standard "
+        f"deviation of {figures['std']:.2g}; 95 % lie between {figures['low']:.4g} and "
+        f"{figures['high']:.4g}."
+    )
+    lines = [
+        ("mean", f"{figures['mean']:.6g}"),
+        ("standard deviation", f"{figures['std']:.4g}"),
+        (
+            "2.5 %, median, 97.5 %",
+            ", ".join(f"{figures[q]:.6g}" for q in ("low", "median", "high")),
+        ),
+        ("samples", f"{figures['samples']}, {figures['failed']} failed"),
+    ]
+    if (control := figures["control_variate"]) is not None:
+        lines.append(
+            (
+                f"{control['runs']} runs",
+                f"correlation with points {control['correlation']:.4f}, rest {control['rest']:.2g}",
+            )
+        )
+    return Words(
+        title=f"{figures['name']}: what uncertain inputs mean for mu",
+        summary=said,
+        lines=[*lines, ("seconds", f"{figures['wall_s']:.1f}")],
+        left_out=LEFT_OUT,
+        tables=[Table("Parts of the variance of mu (Sobol indices)", HEAD, rows)],
+        remarks=[said],
+    )
+
+
+UNCERTAINTY = Preprocessor(
+    "uncertainty", UncertaintyCase, compute, figures, write, charts, words,
+    summary="uncertainty.json", ending="_uncertainty",
+)  # fmt: skip

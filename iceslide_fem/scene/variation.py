@@ -1,0 +1,61 @@
+"""Single numbers of a scene: what a key is, and scenes with other values of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.units import to_si
+from iceslide_fem.scene.fields import leaves, number_of, with_unit
+from iceslide_fem.scene.messages import unknown_key
+from iceslide_fem.scene.model import Scene
+
+_FIELDS = dict(leaves(Scene))
+
+
+class Parameter(NamedTuple):
+    """A key of a scene with a number: its SI unit and its range (SI, both included)."""
+
+    key: str
+    unit: str
+    low: float
+    high: float
+
+    @property
+    def shown(self) -> tuple[str, str]:
+        """The ends of the range with their unit."""
+        return with_unit(self.low, self.unit), with_unit(self.high, self.unit)
+
+
+def parameter(key: str) -> Parameter:
+    """What the dotted `key` is. Raises SceneError if a scene has no such number."""
+    if key not in _FIELDS:
+        raise SceneError(unknown_key(key, list(_FIELDS)))
+    quantity = number_of(_FIELDS[key])
+    if quantity is None:
+        raise SceneError(f"{key} is not a number")
+    low, high = (to_si(end, quantity.unit) for end in (quantity.low, quantity.high))
+    return Parameter(key, quantity.unit, low, high)
+
+
+def number_at(scene: Scene, key: str) -> float | None:
+    """The number (SI) of the dotted `key`; None if the scene has none, or rows, there."""
+    value: Any = scene
+    for part in key.split("."):
+        value = getattr(value, part)
+    return float(value) if isinstance(value, int | float) else None
+
+
+def with_values(scene: Scene, values: Mapping[str, float]) -> Scene:
+    """The scene with other numbers (SI) by dotted keys, of one table each.
+
+    They are not validated: the caller keeps them within the ranges of their keys. Thousands of
+    scenes are made so.
+    """
+    tables: dict[str, dict[str, float]] = {}
+    for key, value in values.items():
+        table, _, name = key.rpartition(".")
+        tables.setdefault(table, {})[name] = value
+    update = {name: getattr(scene, name).model_copy(update=new) for name, new in tables.items()}
+    return scene.model_copy(update=update)
