@@ -14,7 +14,7 @@ from iceslide_fem.film.conditions import (
     simulation_settings,
     varied_conditions,
 )
-from iceslide_fem.film.law import log_shearing
+from iceslide_fem.film.law import FilmHistory, log_shearing
 from iceslide_fem.film.point import simulate
 from iceslide_fem.film.point_conditions import Conditions
 from iceslide_fem.film.point_result import Record
@@ -65,7 +65,7 @@ class Rows(NamedTuple):
         return dict(zip(own, (np.array(part, dtype=float) for part in parts), strict=True))
 
     @property
-    def count(self) -> int:
+    def number(self) -> int:
         """n."""
         return max((part.size for part in self.given.values()), default=1)
 
@@ -90,9 +90,9 @@ def friction(scenes: Sequence[Scene], rows: Rows = Rows(), times: ArrayLike = ()
     with constant loads under the film law share calls, others run one by one.
     """
     at = np.asarray(times, dtype=float)
-    shape = len(scenes), rows.count
-    empty = (np.full(shape, np.nan) for _ in OUTPUTS)
-    found = Friction(*empty, np.full((*shape, at.size), np.nan), {})
+    shape = len(scenes), rows.number
+    mean, peak, end = np.full((len(OUTPUTS), *shape), np.nan)
+    found = Friction(mean, peak, end, np.full((*shape, at.size), np.nan), {})
     groups: dict[Any, list[int]] = {}
     for number, scene in enumerate(scenes):
         groups.setdefault(shared_by(scene), []).append(number)
@@ -101,7 +101,7 @@ def friction(scenes: Sequence[Scene], rows: Rows = Rows(), times: ArrayLike = ()
             for number in numbers:
                 _alone(found, number, scenes[number], rows, at)
             continue
-        each = max(1, CHUNK // rows.count)
+        each = max(1, CHUNK // rows.number)
         for first in range(0, len(numbers), each):
             _fill(found, numbers[first : first + each], scenes, rows, at)
     return found
@@ -142,7 +142,7 @@ def _fill(
             half = len(numbers) // 2
             for part in (numbers[:half], numbers[half:]):
                 _fill(found, part, scenes, rows, times)
-        elif rows.count > 1:
+        elif rows.number > 1:
             _alone(found, numbers[0], scenes[numbers[0]], rows, times)
         else:
             found.failures[numbers[0], 0] = str(reason)
@@ -174,7 +174,7 @@ def _together(
     mean, peak, end, samples = run.mu_mean, run.mu_peak, run.mu_end, run.samples.T
     if sliding is not None:
         mean, peak, end, samples = sliding.finished(np.concatenate(lasts))
-    shape = len(numbers), rows.count
+    shape = len(numbers), rows.number
     for whole, part in zip(found[:3], (mean, peak, end), strict=True):
         whole[numbers] = part.reshape(shape)
     found.samples[numbers] = samples.reshape(*shape, times.size)
@@ -194,8 +194,10 @@ class _Block:
         self._power, self._transit = conditions.pressure * conditions.speed, transit
         self._times = times
         here = conditions.in_water(water)
-        start = here.films(here.initial_height, here.temperature, water)
-        mu = here.loads(water).viscous * np.exp(log_shearing(start)) / here.pressure
+        nothing = np.zeros_like(transit)
+        films = here.films(here.initial_height, here.temperature, water)
+        history = FilmHistory(films.log_height, nothing, films.internal)
+        mu = here.loads(water).viscous * np.exp(log_shearing(history)) / here.pressure
         self._mu, self._time = mu.copy(), np.zeros_like(mu)
         self._slid, self._twice = np.zeros_like(mu), np.zeros_like(mu)
         self.peak = mu.copy()
@@ -247,7 +249,7 @@ def _alone(found: Friction, number: int, scene: Scene, rows: Rows, times: Array)
 def _row_scenes(scene: Scene, rows: Rows) -> Iterator[Scene]:
     """The scene under each row."""
     given = rows.given
-    for row in range(rows.count):
-        changes = {KEYS[name]: float(np.broadcast_to(part, rows.count)[row])
+    for row in range(rows.number):
+        changes = {KEYS[name]: float(np.broadcast_to(part, rows.number)[row])
                    for name, part in given.items()}  # fmt: skip
         yield with_values(scene, changes)

@@ -123,8 +123,8 @@ def celsius(temperature: float) -> str:
     return f"{temperature - ZERO_CELSIUS:.4g} degC"
 
 
-def readable(value: float, unit: str) -> str:
-    """`value` in `unit` with three digits and a suitable prefix: 8.8e-5, "m" is "88 µm"."""
-    rounded = float(f"{value:.3g}")  # before the prefix is chosen: avoids 1000 pm
-    text = f"{_registry().Quantity(rounded, unit).to_compact():.3g~P}"
+def readable(value: float, unit: str, digits: int = 3) -> str:
+    """`value` in `unit` with some `digits` and a suitable prefix: 8.8e-5, "m" is "88 µm"."""
+    rounded = float(f"{value:.{digits}g}")  # before the prefix is chosen: avoids 1000 pm
+    text = f"{_registry().Quantity(rounded, unit).to_compact():.{digits}g~P}"
     return text.replace("\N{GREEK SMALL LETTER MU}", "\N{MICRO SIGN}")  # depends on pint's version

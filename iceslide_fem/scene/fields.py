@@ -68,11 +68,11 @@ def default_text(field: FieldInfo) -> str:
     return with_unit(value, quantity.unit)
 
 
-def with_unit(value: float, unit: str) -> str:
-    """`value` with its SI `unit`: with a prefix if the unit is one name, but for kelvin."""
+def with_unit(value: float, unit: str, digits: int = 3) -> str:
+    """`value` with its SI `unit`: with a prefix and `digits` if it is one name, but for kelvin."""
     if unit in ("", "K") or any(mark in unit for mark in "/*^"):
         return f"{value:.6g} {unit}".rstrip()
-    return readable(value, unit)
+    return readable(value, unit, digits)
 
 
 def changed_values(table: BaseModel, prefix: str = "") -> Iterator[tuple[str, str]]:

@@ -83,7 +83,7 @@ def known() -> Iterator[tuple[object, ...]]:
 def holds(problem: Problem, found: Fit) -> tuple[list[bool], list[bool]]:
     """Whether profiles, and linear intervals, hold the truth of each parameter."""
     errors = np.sqrt(np.diag(found.covariance))
-    width = student.ppf(0.975, problem.measured.count - len(errors)) * errors
+    width = student.ppf(0.975, problem.measured.number - len(errors)) * errors
     by_profile, by_line = [], []
     for number, one in enumerate(problem.parameters):
         true, z, ends = np.log(TRUTH[one.key]), found.best.z[number], found.intervals[number]

@@ -118,9 +118,9 @@ class CalibrateCase(CommandOptions):
             if KEYS[name] in self.fit:
                 raise SceneError(f"{found.said} has {name}, and --fit {KEYS[name]} fits it, too")
         least = len(self.fit) + 2
-        if found.count < least:
+        if found.number < least:
             raise SceneError(
-                f"{found.said} has {found.count} rows, and {len(self.fit)} parameters need at "
+                f"{found.said} has {found.number} rows, and {len(self.fit)} parameters need at "
                 f"least {least}"
             )
         return found

@@ -32,7 +32,7 @@ def _measured(found: Calibration) -> list[Chart]:
     if (series := problem.measured.series) is not None:
         there = np.isfinite(series.mu)
         curves = []
-        for number in range(problem.measured.count):
+        for number in range(problem.measured.number):
             own, time = row == number, 1e3 * series.times[there[number]]
             curves += [
                 Curve(f"row {number + 1}, measured", time, np.exp(ln_mu[own]), number, True),

@@ -18,7 +18,7 @@ LEFT_OUT = (
     "The point level: uniform pressure, no block, no edges. Errors of the measured loads are not "
     "among the residuals, and rows are taken as independent (docs/explanation/calibration.md)."
 )
-HEAD = ("parameter", "estimate", "from", "to", "standard error of ln")
+HEAD = ("parameter", "estimate", "from", "to", "error of ln")
 
 
 def compute(case: CalibrateCase) -> Calibration:
@@ -56,11 +56,11 @@ def words(figures: Mapping[str, Any]) -> Words:
 
 
 def _row(key: str, one: Mapping[str, Any]) -> list[Cell]:
-    ends = [
-        "open" if one[end] is None else with_unit(one[end], one["unit"]) for end in ("low", "high")
+    said = [
+        "open" if one[name] is None else with_unit(float(f"{one[name]:.4g}"), one["unit"], 4)
+        for name in ("estimate", "low", "high")
     ]
-    estimate = with_unit(one["estimate"], one["unit"])
-    return [Cell(key), Cell(estimate), *map(Cell, ends), Cell(f"{one['standard_error_of_ln']:.3g}")]
+    return [Cell(key), *map(Cell, said), Cell(f"{one['standard_error_of_ln']:.3g}")]
 
 
 CALIBRATE = Preprocessor(

@@ -19,7 +19,7 @@ STARTS, TRIED = 3, 64  # of fits beside the scene's own, and of places looked at
 PLACES_SEED = 0
 STEP = 1e-5  # of ln p, at which a fit ends
 LOOSE = 1e-3  # the same of fits on profiles and without a row, which start near their end
-SAME = 1e-3  # relative difference of sums of squares of fits that found the same
+APART = 0.1  # of ln p, from which two fits are not the same
 FARTHEST = 2.5  # step along a profile, in standard errors
 OPEN = 0.5  # standard error of ln p from which a direction is not determined
 PART = 0.2  # of a direction, from which a parameter belongs to it
@@ -51,8 +51,8 @@ class Fit(NamedTuple):
 
     variance: of residuals, estimated, or 1 where sigma is known; covariance: of z (p, p); singular:
     values of the Jacobian; directions: of z that belong to them, in columns (p, p); left_out:
-    residuals of rows that the fit did not see (values,); other: sum of squares of the best fit
-    elsewhere, or None if all starts found the same.
+    residuals of rows that the fit did not see (values,); other: parameters elsewhere that the data
+    cannot tell from the best ones, or None.
     """
 
     best: Solution
@@ -62,7 +62,7 @@ class Fit(NamedTuple):
     directions: Array
     intervals: tuple[Interval, ...]
     left_out: Array
-    other: float | None
+    other: Array | None
 
 
 def fit(problem: Problem, level: float = LEVEL) -> Fit:
@@ -72,11 +72,14 @@ def fit(problem: Problem, level: float = LEVEL) -> Fit:
     """
     solutions = [_solve(problem, start) for start in _starts(problem)]
     best = min(solutions, key=lambda one: one.squares)
-    worse = [one.squares for one in solutions if one.squares > (1.0 + SAME) * best.squares]
-    p, rows = best.z.size, problem.measured.count
+    p, rows = best.z.size, problem.measured.number
     variance = 1.0 if problem.measured.known else best.squares / (rows - p)
+    worst = best.squares + variance * p * fisher.ppf(level, p, rows - p)
+    other = next(
+        (one.z for one in solutions if one.squares < worst and np.ptp(one.z - best.z) > APART), None
+    )
     _, singular, directions = np.linalg.svd(best.slope, full_matrices=False)
-    weak = np.maximum(singular, 1e-12 * singular[0])
+    weak = np.maximum(singular, 1e-12 * max(singular[0], 1.0))
     covariance = (directions.T * (variance / weak**2)) @ directions
     ends = []
     with LongTask(p + 1) as task:
@@ -85,8 +88,7 @@ def fit(problem: Problem, level: float = LEVEL) -> Fit:
             ends.append(_interval(problem, best, number, variance, covariance, level))
         task.show(p, "leave-one-out")
         left_out = _leave_one_out(problem, best)
-    return Fit(best, variance, covariance, singular, directions.T, tuple(ends), left_out,
-               min(worse, default=None))  # fmt: skip
+    return Fit(best, variance, covariance, singular, directions.T, tuple(ends), left_out, other)
 
 
 def _starts(problem: Problem) -> list[Array]:
@@ -138,7 +140,7 @@ def _interval(
     """The interval of a parameter by its profile (Bates and Watts): where the sum of squares of the
     best others rises by variance times F(1, n - p) at the level, chi2(1) where sigma is known.
     """
-    free = problem.measured.count - best.z.size
+    free = problem.measured.number - best.z.size
     known = problem.measured.known
     limit = chi2.ppf(level, 1) if known else fisher.ppf(level, 1, free)
     error = float(np.sqrt(covariance[number, number]))
@@ -162,7 +164,7 @@ def _interval(
         near, far = float(best.z[number]), float(best.z[number])
         step = min(np.sqrt(limit) * error, FARTHEST * max(error, 0.02), 1.0)
         while far != bound:
-            near, far = far, float(np.clip(far + sign * step, *sorted((far, bound))))
+            near, far = far, sign * min(sign * far + step, sign * bound)
             if excess(far) > 0.0:
                 return float(brentq(excess, near, far, xtol=CLOSE * min(error, 1.0)))
         return float("nan")
@@ -175,7 +177,7 @@ def _leave_one_out(problem: Problem, best: Solution) -> Array:
     """Residuals of the values of each row under the parameters that fit all other rows."""
     row = problem.row_of_value
     found = np.empty(best.residuals.size)
-    for number in range(problem.measured.count):
+    for number in range(problem.measured.number):
         own = row == number
         there = _solve(problem, best.z, kept=~own, step=LOOSE)
         found[own] = there.residuals[own]

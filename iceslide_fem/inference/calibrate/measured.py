@@ -57,7 +57,7 @@ class Measured(NamedTuple):
     varied: tuple[str, ...]
 
     @property
-    def count(self) -> int:
+    def number(self) -> int:
         """n."""
         return self.mu.size
 
@@ -126,6 +126,6 @@ def _series(path: Path, table: TextTable, column: int) -> Series:
         each.append(found)
     times = np.unique(np.concatenate([found["time"] for found in each]))
     mu = np.full((len(each), times.size), np.nan)
-    for row, found in enumerate(each):
-        mu[row, np.searchsorted(times, found["time"])] = found["mu"]
+    for values, found in zip(mu, each, strict=True):
+        values[np.searchsorted(times, found["time"])] = found["mu"]
     return Series(times, mu)

@@ -17,6 +17,7 @@ from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import as_toml, put
 from iceslide_fem.scene.fields import with_unit
 
+DIGITS = 5  # of fitted values
 AT_BOUND = 1e-3  # of ln of the bounds' ratio
 NO_EFFECT = 1e-4  # change of ln mu by a change of ln p, root mean square
 FEW_TIMES = 2.0  # residuals whose spread is so many times what sigma says
@@ -37,7 +38,7 @@ def figures(case: CalibrateCase, found: Calibration) -> dict[str, Any]:
         "name": f"{case.source.stem}",
         "scene": problem.scene.name,
         "output": case.output,
-        "rows": problem.measured.count,
+        "rows": problem.measured.number,
         "level": case.level,
         "parameters": {
             one.key: {
@@ -123,10 +124,9 @@ def _warnings(names: list[str], found: Calibration) -> list[str]:
                     "not limit it there"
                 )
     if fit.other is not None:
-        said.append(
-            f"another place fits with {fit.other / max(fit.best.squares, 1e-300):.2g} times the "
-            "sum of squares: fits from different starts ended apart"
-        )
+        values = problem.values(fit.other)
+        where = ", ".join(f"{key} = {value:.3g}" for key, value in values.items())
+        said.append(f"the data fit as well elsewhere, at {where}: another start ended there")
     if problem.measured.known:
         over = fit.best.squares / max(fit.best.residuals.size - len(names), 1)
         if over > FEW_TIMES**2:
@@ -141,9 +141,8 @@ def snippet(found: Calibration) -> str:
     """The fitted values as lines of a scene."""
     tables: dict[str, Any] = {}
     for one, z in zip(found.problem.parameters, found.fit.best.z, strict=True):
-        put(
-            tables, one.key, with_unit(float(np.exp(z)), one.unit) if one.unit else float(np.exp(z))
-        )
+        value = float(f"{np.exp(z):.{DIGITS}g}")
+        put(tables, one.key, with_unit(value, one.unit, DIGITS) if one.unit else value)
     return as_toml(tables)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from iceslide_fem.inference.calibrate.measured import Measured
 from iceslide_fem.runs.many_points import friction
-from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.arrays import Array, Index
 from iceslide_fem.runtime.errors import SceneError, SimulationStopped
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.variation import with_values
@@ -54,7 +54,7 @@ class Problem:
         series = self.measured.series
         times = () if series is None else series.times
         found = friction(scenes, self.measured.rows, times)
-        self.points += len(scenes) * self.measured.count
+        self.points += len(scenes) * self.measured.number
         if found.failures:
             (number, row), reason = next(iter(found.failures.items()))
             values = ", ".join(f"{k} = {v:g}" for k, v in self.values(z[number]).items())
@@ -70,9 +70,9 @@ class Problem:
         return np.isfinite(series.mu)
 
     @property
-    def row_of_value(self) -> Array:
+    def row_of_value(self) -> Index:
         """The row of every measured value, (values,)."""
-        n = self.measured.count
+        n = self.measured.number
         if self.measured.series is None:
             return np.arange(n)
         return np.nonzero(self._there)[0]
