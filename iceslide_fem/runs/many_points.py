@@ -14,7 +14,8 @@ from iceslide_fem.film.conditions import (
     simulation_settings,
     varied_conditions,
 )
-from iceslide_fem.film.law import FilmHistory, log_shearing
+from iceslide_fem.film.integrators import InterfaceState
+from iceslide_fem.film.law import log_shearing
 from iceslide_fem.film.point import simulate
 from iceslide_fem.film.point_conditions import Conditions
 from iceslide_fem.film.point_result import Record
@@ -196,8 +197,11 @@ class _Block:
         here = conditions.in_water(water)
         nothing = np.zeros_like(transit)
         films = here.films(here.initial_height, here.temperature, water)
-        history = FilmHistory(films.log_height, nothing, films.internal)
-        mu = here.loads(water).viscous * np.exp(log_shearing(history)) / here.pressure
+        untouched = np.zeros((0, transit.size))
+        state = InterfaceState(
+            films.log_height, nothing, untouched, untouched, films.internal, untouched
+        )
+        mu = here.loads(water).viscous * np.exp(log_shearing(state)) / here.pressure
         self._mu, self._time = mu.copy(), np.zeros_like(mu)
         self._slid, self._twice = np.zeros_like(mu), np.zeros_like(mu)
         self.peak = mu.copy()

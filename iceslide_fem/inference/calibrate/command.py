@@ -60,7 +60,8 @@ def _row(key: str, one: Mapping[str, Any]) -> list[Cell]:
         "open" if one[name] is None else with_unit(float(f"{one[name]:.4g}"), one["unit"], 4)
         for name in ("estimate", "low", "high")
     ]
-    return [Cell(key), *map(Cell, said), Cell(f"{one['standard_error_of_ln']:.3g}")]
+    error = one["standard_error_of_ln"]
+    return [Cell(key), *map(Cell, said), Cell("open" if error is None else f"{error:.3g}")]
 
 
 CALIBRATE = Preprocessor(

@@ -107,8 +107,12 @@ def _solve(
     kept: Mask | None = None,
     step: float = STEP,
 ) -> Solution:
-    """The best parameters from `start`, with one `fixed`, for the `kept` values."""
-    free = np.arange(start.size) if fixed is None else np.delete(np.arange(start.size), fixed)
+    """The best parameters from `start`, with one `fixed`, for the `kept` values.
+
+    Parameters without effect stay where they are.
+    """
+    acts = np.any(problem.residuals(start)[1] != 0.0, axis=0)
+    free = np.array([i for i in np.flatnonzero(acts) if i != fixed], dtype=int)
     use: Mask | slice = slice(None) if kept is None else kept
 
     def whole(part: Array) -> Array:

@@ -17,6 +17,7 @@ from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import as_toml, put
 from iceslide_fem.scene.fields import with_unit
 
+UNKNOWN = 1e8  # variance of ln p of a parameter without effect
 DIGITS = 5  # of fitted values
 AT_BOUND = 1e-3  # of ln of the bounds' ratio
 NO_EFFECT = 1e-4  # change of ln mu by a change of ln p, root mean square
@@ -46,7 +47,7 @@ def figures(case: CalibrateCase, found: Calibration) -> dict[str, Any]:
                 "low": _end(interval.low),
                 "high": _end(interval.high),
                 "unit": one.unit,
-                "standard_error_of_ln": float(np.sqrt(error)),
+                "standard_error_of_ln": float(np.sqrt(error)) if error < UNKNOWN else None,
                 "bounds": [one.low, one.high],
             }
             for one, z, interval, error in zip(
