@@ -21,6 +21,8 @@ STEP = 1e-5  # of ln p, at which a fit ends
 LOOSE = 1e-3  # the same of fits on profiles and without a row, which start near their end
 APART = 0.1  # of ln p, from which two fits are not the same
 FARTHEST = 2.5  # step along a profile, in standard errors
+AT_BOUND = 1e-3  # of ln of the bounds' ratio
+HELD = 0.01  # of the variance, by which the sum of squares would fall beyond a bound
 OPEN = 0.5  # standard error of ln p from which a direction is not determined
 PART = 0.2  # of a direction, from which a parameter belongs to it
 CLOSE = 0.02  # of a standard error, at which the end of an interval is found
@@ -151,18 +153,25 @@ def _interval(
     along = covariance[:, number] / covariance[number, number]
     profile = [(best.z[number], best.squares)]
 
+    def held(found: Solution) -> bool:
+        """Whether a bound of another parameter, and not the data, makes the fit worse there."""
+        margin = AT_BOUND * (problem.high - problem.low)
+        at = (found.z < problem.low + margin) | (found.z > problem.high - margin)
+        pull = (found.residuals @ found.slope) ** 2
+        pulls = pull > HELD * variance * (found.slope**2).sum(axis=0)
+        return bool(np.delete(at & pulls, number).any())
+
     def end(sign: float, bound: float) -> float:
-        last = best.z
+        last = best
 
         @cache
         def excess(z: float) -> float:
             nonlocal last
-            guess = np.clip(last + along * (z - last[number]), problem.low, problem.high)
+            guess = np.clip(last.z + along * (z - last.z[number]), problem.low, problem.high)
             guess[number] = z
-            found = _solve(problem, guess, fixed=number, step=LOOSE)
-            last = found.z
-            profile.append((z, found.squares))
-            rise = max(found.squares - best.squares, 0.0) / variance
+            last = _solve(problem, guess, fixed=number, step=LOOSE)
+            profile.append((z, last.squares))
+            rise = max(last.squares - best.squares, 0.0) / variance
             return float(np.sqrt(rise) - np.sqrt(limit))
 
         near, far = float(best.z[number]), float(best.z[number])
@@ -170,7 +179,8 @@ def _interval(
         while far != bound:
             near, far = far, sign * min(sign * far + step, sign * bound)
             if excess(far) > 0.0:
-                return float(brentq(excess, near, far, xtol=CLOSE * min(error, 1.0)))
+                found = float(brentq(excess, near, far, xtol=CLOSE * min(error, 1.0)))
+                return float("nan") if held(last) else found
         return float("nan")
 
     low, high = end(-1.0, problem.low[number]), end(1.0, problem.high[number])

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from iceslide_fem.inference.calibrate.case import CalibrateCase
-from iceslide_fem.inference.calibrate.fit import Fit, undetermined
+from iceslide_fem.inference.calibrate.fit import AT_BOUND, Fit, undetermined
 from iceslide_fem.inference.calibrate.problem import Problem
 from iceslide_fem.preprocess.work import csv_text
 from iceslide_fem.runs.many_points import KEYS
@@ -19,7 +19,6 @@ from iceslide_fem.scene.fields import with_unit
 
 UNKNOWN = 1e8  # variance of ln p of a parameter without effect
 DIGITS = 5  # of fitted values
-AT_BOUND = 1e-3  # of ln of the bounds' ratio
 NO_EFFECT = 1e-4  # change of ln mu by a change of ln p, root mean square
 FEW_TIMES = 2.0  # residuals whose spread is so many times what sigma says
 
