@@ -66,7 +66,7 @@ def calibrate(
     rows = {
         "mu_measured": np.exp(measured),
         "mu_computed": np.exp(measured + best.residuals * problem.scale),
-        "mu_left_out": np.exp(measured + found.fit.left_out * problem.scale),
+        "mu_left_out": np.exp(measured + found.left_out * problem.scale),
     }
     return xr.Dataset(
         {

@@ -9,13 +9,13 @@ counts how often 95 % intervals by profiles, and by the Jacobian alone, hold the
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from time import perf_counter
 
 import numpy as np
 from scipy.stats import t as student
 
-from iceslide_fem.inference.calibrate.fit import Fit, fit
+from iceslide_fem.inference.calibrate.fit import Fit, fit, leave_one_out
 from iceslide_fem.inference.calibrate.measured import Measured
 from iceslide_fem.inference.calibrate.output import rms
 from iceslide_fem.inference.calibrate.problem import Fitted, Problem, fitted
@@ -68,6 +68,7 @@ def known() -> Iterator[tuple[object, ...]]:
     problem = known_problem(DESIGNS["-20 to -2"])
     begun = perf_counter()
     found = fit(problem)
+    left_out = leave_one_out(problem, found.best)
     seconds = perf_counter() - begun
     errors = np.sqrt(np.diag(found.covariance))
     for one, z, error, interval in zip(
@@ -75,7 +76,7 @@ def known() -> Iterator[tuple[object, ...]]:
     ):
         ends = (f"{np.exp(end):.5g}" for end in (interval.low, interval.high))
         yield one.key, f"{TRUTH[one.key]:g}", f"{np.exp(z):.5g}", f"{error:.5f}", *ends
-    off, unseen = found.best.residuals * problem.scale, found.left_out * problem.scale
+    off, unseen = found.best.residuals * problem.scale, left_out * problem.scale
     print(f"sum of squares {(off**2).sum():.6f}, rms {rms(off):.5f}, leave-one-out "
           f"{rms(unseen):.5f}, {problem.points} points, {seconds:.1f} s")  # fmt: skip
 
@@ -92,9 +93,10 @@ def holds(problem: Problem, found: Fit) -> tuple[list[bool], list[bool]]:
     return by_profile, by_line
 
 
-def coverage(sets: int) -> Iterator[tuple[object, ...]]:
-    """How often intervals hold the truth, of `sets` sets."""
-    for name, temperatures in DESIGNS.items():
+def coverage(sets: int, names: Sequence[str]) -> Iterator[tuple[object, ...]]:
+    """How often intervals hold the truth, of `sets` sets of some designs."""
+    for name in names:
+        temperatures = DESIGNS[name]
         rng = np.random.default_rng(SEED)
         both = []
         for _ in range(sets):
@@ -110,6 +112,7 @@ def main() -> None:
     parser = options(__doc__)
     parser.add_argument("--questions", nargs="+", choices=("known", "coverage"), default=["known"])
     parser.add_argument("--sets", type=int, default=100)
+    parser.add_argument("--designs", nargs="+", choices=[*DESIGNS], default=[*DESIGNS])
     parser.add_argument("--quick", action="store_true", help="few sets")
     given: argparse.Namespace = parser.parse_args()
     if "known" in given.questions:
@@ -117,7 +120,7 @@ def main() -> None:
     if "coverage" in given.questions:
         sets = 2 if given.quick else given.sets
         head = ("temperatures, °C", "parameter", "sets", "profiles hold", "linear ones hold")
-        table(head, coverage(sets))
+        table(head, coverage(sets, given.designs))
 
 
 if __name__ == "__main__":

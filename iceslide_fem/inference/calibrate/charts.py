@@ -26,7 +26,7 @@ def charts(case: CalibrateCase, found: Calibration) -> Mapping[str, Sequence[Cha
 
 def _measured(found: Calibration) -> list[Chart]:
     """mu over each varied load, measured and computed."""
-    problem, fit = found
+    problem, fit, _ = found
     row, ln_mu = problem.row_of_value, problem.ln_measured
     computed = np.exp(ln_mu + fit.best.residuals * problem.scale)
     if (series := problem.measured.series) is not None:
@@ -56,7 +56,7 @@ def _measured(found: Calibration) -> list[Chart]:
 
 def _profiles(found: Calibration) -> list[Chart]:
     """By how much the fit gets worse as one parameter is held elsewhere."""
-    problem, fit = found
+    problem, fit, _ = found
     result = []
     for one, interval, z in zip(problem.parameters, fit.intervals, fit.best.z, strict=True):
         at, squares = interval.profile.T
@@ -80,11 +80,11 @@ def _profiles(found: Calibration) -> list[Chart]:
 
 def _rest(found: Calibration) -> list[Chart]:
     """Residuals of the fit, and of fits without the row."""
-    problem, fit = found
+    problem, fit, left_out = found
     scale, row = problem.scale, problem.row_of_value + 1
     curves = [
         Curve("fit of all rows", row, 100.0 * np.expm1(fit.best.residuals * scale), 0, True),
-        Curve("fit without the row", row, 100.0 * np.expm1(fit.left_out * scale), 1, True),
+        Curve("fit without the row", row, 100.0 * np.expm1(left_out * scale), 1, True),
     ]
     said = "Computed over measured friction. Without the row: what the model predicts of it."
     return [Chart("rest", "Residuals", said, "row", "computed / measured - 1 (%)", curves)]

@@ -7,7 +7,7 @@ from typing import Any
 
 from iceslide_fem.inference.calibrate.case import CalibrateCase
 from iceslide_fem.inference.calibrate.charts import charts
-from iceslide_fem.inference.calibrate.fit import fit
+from iceslide_fem.inference.calibrate.fit import fit, leave_one_out
 from iceslide_fem.inference.calibrate.output import Calibration, figures, write
 from iceslide_fem.inference.calibrate.problem import Problem
 from iceslide_fem.postprocess.report.page import Cell, Section, Table, Text
@@ -25,7 +25,8 @@ def compute(case: CalibrateCase) -> Calibration:
     """The calibration of a case. Raises SceneError, SimulationStopped."""
     parameters = tuple(case.parameters)
     problem = Problem(case.point, case.measured, parameters, case.output)
-    return Calibration(problem, fit(problem, level=case.level))
+    found = fit(problem, case.level)
+    return Calibration(problem, found, leave_one_out(problem, found.best))
 
 
 def words(figures: Mapping[str, Any]) -> Words:

@@ -52,9 +52,8 @@ class Fit(NamedTuple):
     """The best parameters and how sure they are.
 
     variance: of residuals, estimated, or 1 where sigma is known; covariance: of z (p, p); singular:
-    values of the Jacobian; directions: of z that belong to them, in columns (p, p); left_out:
-    residuals of rows that the fit did not see (values,); other: parameters elsewhere that the data
-    cannot tell from the best ones, or None.
+    values of the Jacobian; directions: of z that belong to them, in columns (p, p); other:
+    parameters elsewhere that the data cannot tell from the best ones, or None.
     """
 
     best: Solution
@@ -63,15 +62,11 @@ class Fit(NamedTuple):
     singular: Array
     directions: Array
     intervals: tuple[Interval, ...]
-    left_out: Array
     other: Array | None
 
 
 def fit(problem: Problem, level: float = LEVEL) -> Fit:
-    """Fit all parameters, with intervals at a `level`, and leave-one-out.
-
-    Raises SimulationStopped.
-    """
+    """Fit all parameters, with intervals at a `level`. Raises SimulationStopped."""
     solutions = [_solve(problem, start) for start in _starts(problem)]
     best = min(solutions, key=lambda one: one.squares)
     p, rows = best.z.size, problem.measured.number
@@ -84,13 +79,11 @@ def fit(problem: Problem, level: float = LEVEL) -> Fit:
     weak = np.maximum(singular, 1e-12 * max(singular[0], 1.0))
     covariance = (directions.T * (variance / weak**2)) @ directions
     ends = []
-    with LongTask(p + 1) as task:
+    with LongTask(p) as task:
         for number in range(p):
             task.show(number, f"profile of {problem.parameters[number].key}")
             ends.append(_interval(problem, best, number, variance, covariance, level))
-        task.show(p, "leave-one-out")
-        left_out = _leave_one_out(problem, best)
-    return Fit(best, variance, covariance, singular, directions.T, tuple(ends), left_out, other)
+    return Fit(best, variance, covariance, singular, directions.T, tuple(ends), other)
 
 
 def _starts(problem: Problem) -> list[Array]:
@@ -187,14 +180,15 @@ def _interval(
     return Interval(low, high, np.array(sorted(profile)))
 
 
-def _leave_one_out(problem: Problem, best: Solution) -> Array:
-    """Residuals of the values of each row under the parameters that fit all other rows."""
-    row = problem.row_of_value
+def leave_one_out(problem: Problem, best: Solution) -> Array:
+    """Residuals (values,) of each row under the parameters that fit all other rows best."""
+    row, rows = problem.row_of_value, problem.measured.number
     found = np.empty(best.residuals.size)
-    for number in range(problem.measured.number):
-        own = row == number
-        there = _solve(problem, best.z, kept=~own, step=LOOSE)
-        found[own] = there.residuals[own]
+    with LongTask(rows) as task:
+        for number in range(rows):
+            task.show(number, f"fit without row {number + 1}")
+            own = row == number
+            found[own] = _solve(problem, best.z, kept=~own, step=LOOSE).residuals[own]
     return found
 
 

@@ -12,6 +12,7 @@ from iceslide_fem.inference.calibrate.fit import AT_BOUND, Fit, undetermined
 from iceslide_fem.inference.calibrate.problem import Problem
 from iceslide_fem.preprocess.work import csv_text
 from iceslide_fem.runs.many_points import KEYS
+from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.files import replace_file
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import as_toml, put
@@ -24,15 +25,16 @@ FEW_TIMES = 2.0  # residuals whose spread is so many times what sigma says
 
 
 class Calibration(NamedTuple):
-    """A finished calibration: its problem and its fit."""
+    """A finished calibration: its problem, its fit, and residuals of rows that a fit has not seen."""
 
     problem: Problem
     fit: Fit
+    left_out: Array
 
 
 def figures(case: CalibrateCase, found: Calibration) -> dict[str, Any]:
     """The content of calibration.json."""
-    problem, fit = found
+    problem, fit, left_out = found
     names = [one.key for one in problem.parameters]
     return {
         "name": f"{case.source.stem}",
@@ -57,7 +59,7 @@ def figures(case: CalibrateCase, found: Calibration) -> dict[str, Any]:
         "singular_values": fit.singular.tolist(),
         "sum_of_squares_of_ln": float(((fit.best.residuals * problem.scale) ** 2).sum()),
         "rms_ln_mu": rms(fit.best.residuals * problem.scale),
-        "rms_ln_mu_left_out": rms(fit.left_out * problem.scale),
+        "rms_ln_mu_left_out": rms(left_out * problem.scale),
         "sigma": float(np.sqrt(fit.variance) * np.median(problem.measured.sigma)),
         "points": problem.points,
         "toml": snippet(found),
@@ -104,7 +106,7 @@ def _determined(found: Calibration) -> list[str]:
 
 
 def _warnings(names: list[str], found: Calibration) -> list[str]:
-    problem, fit = found
+    problem, fit, _ = found
     said = []
     width = problem.high - problem.low
     for number, name in enumerate(names):
@@ -148,7 +150,7 @@ def snippet(found: Calibration) -> str:
 
 def write(case: CalibrateCase, found: Calibration, out: Path) -> None:
     """Write residuals.csv and snippet.toml."""
-    problem, fit = found
+    problem, fit, left_out = found
     row = problem.row_of_value
     loads = problem.measured.rows.of(problem.scene)
     names = {"speed": "speed_m_per_s", "pressure": "pressure_Pa", "temperature": "temperature_C",
@@ -161,9 +163,9 @@ def write(case: CalibrateCase, found: Calibration, out: Path) -> None:
     columns |= {
         "mu_measured": np.exp(measured),
         "mu_computed": np.exp(measured + fit.best.residuals * scale),
-        "mu_left_out": np.exp(measured + fit.left_out * scale),
+        "mu_left_out": np.exp(measured + left_out * scale),
         "residual_ln": fit.best.residuals * scale,
-        "residual_ln_left_out": fit.left_out * scale,
+        "residual_ln_left_out": left_out * scale,
         "sigma_mu": problem.measured.sigma[row] * np.exp(measured),
     }
     if (series := problem.measured.series) is not None:
