@@ -19,6 +19,7 @@ from iceslide_fem.runs.checkpoint import FILE as CHECKPOINT
 from iceslide_fem.runs.checkpoint import Checkpoint, finish
 from iceslide_fem.runs.doubts import before_run
 from iceslide_fem.runs.model_levels import resolved
+from iceslide_fem.runs.verdict import verdict
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.files import writing
 from iceslide_fem.runtime.folders import claimed, clear_results, results_in
@@ -237,6 +238,7 @@ def _summary(scene: Scene, results: dict[str, Any], started: float) -> dict[str,
     wall = monotonic() - started
     warnings = [*before_run(scene), *results.pop("warnings", [])]
     return {
+        "verdict": verdict(scene, results).as_dict() if results else None,
         **results,
         "wall_s": wall,
         "warnings": warnings,

@@ -11,12 +11,12 @@ from scipy.stats import lognorm, norm, truncnorm
 
 import iceslide_fem
 from iceslide_fem.inference.uncertainty import propagate
-from iceslide_fem.inference.uncertainty.distribution import CUT, read_distribution
 from iceslide_fem.inference.uncertainty.propagate import spread_of_points, spread_of_runs
 from iceslide_fem.inference.uncertainty.sampling import Inputs, read_calibration
 from iceslide_fem.runs.many_points import Friction, friction
 from iceslide_fem.runtime.errors import SceneError, SimulationStopped
 from iceslide_fem.scene import load_scene
+from iceslide_fem.scene.distribution import CUT, read_distribution
 
 CASE = Path(__file__).parent.parent / "cases" / "thesis_1bar.toml"
 EVEN = (np.arange(2000) + 0.5) / 2000

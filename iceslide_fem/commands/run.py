@@ -130,6 +130,8 @@ def _time(text: str, duration: float) -> float:
 
 def print_summary(summary: dict[str, Any], out: Path, said: list[str]) -> None:
     """Print the main numbers of the run, and its warnings that were not `said` before."""
+    if verdict := summary.get("verdict"):
+        typer.echo(verdict["sentence"])
     figures = []
     for key, value in summary.items():
         if isinstance(value, float):

@@ -7,19 +7,7 @@ import math
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import Scene, put, scene_from_dict
 from iceslide_fem.scene.command_options import as_number
-from iceslide_fem.scene.fields import leaves, number_of
-from iceslide_fem.scene.units import Quantity
-from iceslide_fem.scene.variation import Parameter, number_at, parameter
-
-_FIELDS = dict(leaves(Scene))
-
-
-def quantity(key: str) -> Quantity:
-    """Unit and range of a key with a number. Raises SceneError if it has none."""
-    parameter(key)
-    found = number_of(_FIELDS[key])
-    assert found is not None  # by `parameter`
-    return found
+from iceslide_fem.scene.variation import Parameter, number_at, parameter, quantity
 
 
 def bounds_of(scene: Scene, key: str, text: str) -> tuple[Parameter, float, float, float]:

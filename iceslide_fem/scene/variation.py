@@ -10,6 +10,7 @@ from iceslide_fem.runtime.units import to_si
 from iceslide_fem.scene.fields import leaves, number_of, with_unit
 from iceslide_fem.scene.messages import unknown_key
 from iceslide_fem.scene.model import Scene
+from iceslide_fem.scene.units import Quantity
 
 _FIELDS = dict(leaves(Scene))
 
@@ -30,13 +31,19 @@ class Parameter(NamedTuple):
 
 def parameter(key: str) -> Parameter:
     """What the dotted `key` is. Raises SceneError if a scene has no such number."""
+    of_key = quantity(key)
+    low, high = (to_si(end, of_key.unit) for end in (of_key.low, of_key.high))
+    return Parameter(key, of_key.unit, low, high)
+
+
+def quantity(key: str) -> Quantity:
+    """Unit and range of the dotted `key` as a user types them. Raises SceneError without any."""
     if key not in _FIELDS:
         raise SceneError(unknown_key(key, list(_FIELDS)))
-    quantity = number_of(_FIELDS[key])
-    if quantity is None:
+    found = number_of(_FIELDS[key])
+    if found is None:
         raise SceneError(f"{key} is not a number")
-    low, high = (to_si(end, quantity.unit) for end in (quantity.low, quantity.high))
-    return Parameter(key, quantity.unit, low, high)
+    return found
 
 
 def number_at(scene: Scene, key: str) -> float | None:

@@ -25,7 +25,7 @@ FEW_TIMES = 2.0  # residuals whose spread is so many times what sigma says
 
 
 class Calibration(NamedTuple):
-    """A finished calibration: its problem, its fit, and residuals of rows that a fit has not seen."""
+    """A finished calibration; left_out: residuals (values,) of rows under fits without them."""
 
     problem: Problem
     fit: Fit

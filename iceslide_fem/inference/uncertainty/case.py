@@ -10,12 +10,12 @@ from pydantic import ConfigDict, Field
 
 from iceslide_fem.inference.calibrate.case import pairs
 from iceslide_fem.inference.parameters import checked
-from iceslide_fem.inference.uncertainty.distribution import read_distribution
 from iceslide_fem.inference.uncertainty.sampling import Inputs, read_calibration
 from iceslide_fem.runs.model_levels import resolved
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import Scene, load_scene
 from iceslide_fem.scene.command_options import CommandOptions, Number, option
+from iceslide_fem.scene.distribution import read_distribution
 from iceslide_fem.scene.variation import number_at
 
 

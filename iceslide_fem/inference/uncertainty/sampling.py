@@ -10,10 +10,10 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import norm
 
-from iceslide_fem.inference.uncertainty.distribution import CUT, Distribution
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.files import check_regular
+from iceslide_fem.scene.distribution import CUT, Distribution
 from iceslide_fem.scene.variation import parameter
 
 

@@ -52,7 +52,7 @@ def page_of_run(run: Run, stopped: str = "") -> Page:
     over_time = Section("fields", "Fields over time", fields)
     return Page(
         title=run.title,
-        summary=in_words(run.scene),
+        summary=" ".join([_verdict(run), in_words(run.scene)]).strip(),
         stopped=stopped,
         sections=[
             Section(
@@ -64,6 +64,11 @@ def page_of_run(run: Run, stopped: str = "") -> Page:
             *section_again(run, left),
         ],
     )
+
+
+def _verdict(run: Run) -> str:
+    """What the result is worth, in words; "" of runs without it."""
+    return str((run.summary.get("verdict") or {}).get("sentence", ""))
 
 
 def results_of(runs: dict[str, Run], left: Sequence[LeftOut]) -> Table:

@@ -7,15 +7,13 @@ import re
 from typing import Literal, NamedTuple
 
 import numpy as np
-from scipy.stats import norm
 
-from iceslide_fem.inference.parameters import quantity
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.units import to_si
-from iceslide_fem.scene import Scene
 from iceslide_fem.scene.command_options import as_number
-from iceslide_fem.scene.variation import Parameter, number_at, parameter
+from iceslide_fem.scene.model import Scene
+from iceslide_fem.scene.variation import Parameter, number_at, parameter, quantity
 
 CUT = 3.5  # standard deviations, at which a distribution ends
 _PART = re.compile(r"\s*([0-9.eE+-]+)\s*%\s*")
@@ -38,6 +36,8 @@ class Distribution(NamedTuple):
 
     def at(self, quantile: Array) -> Array:
         """Values at quantiles (0 to 1) of the distribution, any shape."""
+        from scipy.stats import norm  # takes long to import
+
         if self.kind == "even":
             return np.asarray(self.low + quantile * (self.high - self.low))
         ends = [self._standard(end) for end in (self.low, self.high)]

@@ -1,0 +1,130 @@
+"""What a result is worth: mu with its errors of numbers, model and inputs, and whether it holds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import floor, log10
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from iceslide_fem.runs.many_points import friction
+from iceslide_fem.runs.simplifications import Simplification, made
+from iceslide_fem.runtime.errors import IceslideError
+from iceslide_fem.scene import Scene
+from iceslide_fem.scene.distribution import Distribution, read_distribution
+from iceslide_fem.scene.variation import with_values
+
+# Error of the mean of mu by the mesh at refinement 1: the largest of the cases, rounded up
+# (docs/validation/accuracy.md, whole runs).
+MESH = 0.005
+BAND = 1.96  # standard deviations of an input band: 95 %
+SMALL_PART = 0.05  # of the contact outside the table of k, D and H_V
+
+
+class Verdict(NamedTuple):
+    """Mean mu of a result and its errors, as parts of it.
+
+    numerical: of steps and mesh; model: estimated, of what the model leaves out, None if it was not
+    estimated; worst: the largest of these; inputs: half width of the 95 % band, None where inputs
+    are taken as exact; holds: where the law holds, in words, and `doubtful` if it may not.
+    """
+
+    mu: float
+    numerical: float
+    model: float | None
+    worst: Simplification | None
+    inputs: float | None
+    holds: str
+    doubtful: bool
+
+    @property
+    def digits(self) -> int:
+        """Decimals of mu down to a tenth of its numerical and model error, at most four."""
+        error = self.mu * (self.numerical + (self.model or 0.0))
+        return 4 if error <= 0.0 else min(max(1 - floor(log10(error)), 0), 4)
+
+    @property
+    def sentence(self) -> str:
+        """All of it in words."""
+        mu, digits = self.mu, self.digits
+        parts = [f"± {mu * self.numerical:.1g} (steps and mesh)"]
+        if self.model is None:
+            parts.append("model not estimated")
+        elif self.worst is not None and self.model > 0.0:
+            parts.append(f"± {mu * self.model:.1g} at most (model; most by {self.worst.name})")
+        parts.append(
+            "inputs taken as exact" if self.inputs is None else f"± {mu * self.inputs:.1g} (inputs)"
+        )
+        return f"Mean mu is {mu:.{digits}f}: {', '.join(parts)}. {self.holds}"
+
+    def as_dict(self) -> dict[str, Any]:
+        """The entry of a summary."""
+        return {
+            "mu_mean": self.mu,
+            "numerical": self.mu * self.numerical,
+            "model": None if self.model is None else self.mu * self.model,
+            "inputs": None if self.inputs is None else self.mu * self.inputs,
+            "doubtful": self.doubtful,
+            "sentence": self.sentence,
+        }
+
+
+def verdict(scene: Scene, entries: Mapping[str, Any]) -> Verdict:
+    """The verdict on a run of `scene` with the `entries` of its summary."""
+    numerics = scene.numerics
+    mesh = 0.0 if scene.model == "point" else MESH / numerics.refinement
+    try:
+        left: Sequence[Simplification] | None = made(scene)
+    except IceslideError:  # a law that fails in these estimates
+        left = None
+    model = None if left is None else sum(one.effect for one in left)
+    worst = max(left, key=lambda one: one.effect) if left else None
+    holds, doubtful = _holds(scene, entries)
+    return Verdict(entries["mu_mean"], numerics.tolerance + mesh, model, worst,
+                   input_band(scene), holds, doubtful)  # fmt: skip
+
+
+def inputs_of(scene: Scene) -> list[Distribution]:
+    """Distributions of the scene's table `[uncertainty]`. Raises SceneError."""
+    return [read_distribution(scene, key, text) for key, text in scene.uncertainty.items()]
+
+
+def input_band(scene: Scene) -> float | None:
+    """Half width of the 95 % band by uncertain inputs over mu, None without any.
+
+    To first order, of points: one standard deviation to both sides of each input
+    (`iceslide uncertainty` draws samples).
+    """
+    inputs = inputs_of(scene)
+    if not inputs or scene.friction.law != "film":
+        return None
+    point = scene.model_copy(update={"model": "point"})
+    scenes = [point]
+    for one in inputs:
+        ends = one.at(np.array([0.158655, 0.841345]))
+        scenes += [with_values(point, {one.parameter.key: float(end)}) for end in ends]
+    mu, *sides = friction(scenes).mu_mean[:, 0]
+    halves = 0.5 * np.diff(np.reshape(sides, (-1, 2)))
+    return float(BAND * np.sqrt((halves**2).sum()) / mu)
+
+
+def _holds(scene: Scene, entries: Mapping[str, Any]) -> tuple[str, bool]:
+    """Where the law holds, in words, and whether it may not."""
+    if scene.friction.law != "film":
+        return "The friction law is the scene's own.", False
+    said, doubtful = [], False
+    dry, wet = scene.film.dry_stress is not None, scene.ice.is_wet
+    if entries.get("melt_onset_s") is not None:
+        said.append("ice melts, which the film law is for")
+    elif dry or wet:
+        said.append("no ice melts, and dry friction or water of the scene holds")
+    else:
+        said.append("no ice melts, and the film law has no dry friction: mu is in doubt")
+        doubtful = True
+    outside = entries.get("outside_table_fraction") or 0.0
+    if outside > SMALL_PART:
+        said.append(f"{outside:.0%} of the contact is outside the table of k, D and H_V")
+        doubtful = True
+    text = "; ".join(said)
+    return f"{text[0].upper()}{text[1:]}.", doubtful
