@@ -139,6 +139,9 @@ GIVEN = {
     "film.carrier": ("rubber",),
     "film.pressure": ("nominal",),
     "film.k": (0.3, CONSTANT),
+    "film.k_scale": (1.5,),
+    "film.D_scale": (1.5,),
+    "film.H_V_scale": (0.5,),
     "film.D": ("50 um", CONSTANT),
     "film.H_V": ("0.1 um", CONSTANT),
     "film.contact": (SURFACE,),
@@ -166,6 +169,7 @@ GIVEN = {
     "numerics.time_limit": ("60 s",),
     "output.times": (5,),
     "output.fields": (["ice"],),
+    "uncertainty": ({"film.k_scale": "~10%"},),
     "output.probes": ({"p": [0.0, 0.0, 0.0]},),
 }
 NO_MEANING = {key for keys in UNRELATED.values() for key in keys}

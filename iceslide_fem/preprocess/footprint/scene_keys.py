@@ -18,6 +18,7 @@ OF_AGE = (
     *"rubber.compound rubber.C10 rubber.C01 rubber.D1 rubber.nu rubber.prony rubber.dma".split(),
     *"rubber.wlf rubber.shift_factors rubber.modulus_is rubber.temperature".split(),
     *"film.contact film.contact_age film.contact_modulus".split(),
+    *"film.k_scale film.D_scale film.H_V_scale".split(),
 )
 # The lug that water flows out of, with film.voids = "carry".
 OF_LUG = ("model rubber.length rubber.width rubber.sipes rubber.sipe_width rubber.grooves").split()
@@ -45,6 +46,7 @@ UNRELATED: Mapping[str, Sequence[str]] = {
         "rubber.draft_angle rubber.outline rubber.mesh rubber.mesh_unit rubber.mesh_tags "
         "rubber.wall_friction rubber.sipe_depth"
     ).split(),
+    "a wheel computes one set of inputs": ["uncertainty"],
     "bristles have no mass": ["rubber.inertia"],
     "only with rows, which are refused": ["rubber.row_pitch"],
     "a tread is thicker than heat reaches": ["rubber.plate"],
