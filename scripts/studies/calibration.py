@@ -116,7 +116,7 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="few sets")
     given: argparse.Namespace = parser.parse_args()
     if "known" in given.questions:
-        table(("parameter", "truth", "estimate", "error of ln", "from", "to"), known())
+        table(("parameter", "truth", "estimate", "error of ln", "from", "to"), list(known()))
     if "coverage" in given.questions:
         sets = 2 if given.quick else given.sets
         head = ("temperatures, °C", "parameter", "sets", "profiles hold", "linear ones hold")

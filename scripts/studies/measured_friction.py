@@ -149,7 +149,7 @@ def main() -> None:
     given: argparse.Namespace = parser.parse_args()
     if "bands" in given.questions:
         head = ("band", "published mu", "predicted", "over the middle", "within a factor of 2")
-        table(head, bands())
+        table(head, list(bands()))
     if "stops" in given.questions:
         of_wheel = ("dry and film, at the peak", "locked", "film alone, at the peak", "locked")
         head_of_stops = ("tyres, test", "tyres", "km/h", "ice, °C", "measured mu", "from to")

@@ -84,7 +84,7 @@ def main() -> None:
         table(("samples", "mean", "std", "2.5 %", "97.5 %", "s"), points())
     if "slices" in given.questions:
         reference = 9 if given.quick else given.reference
-        table(("band from", "lower end", "upper end"), slices(reference, 200))
+        table(("band from", "lower end", "upper end"), list(slices(reference, 200)))
 
 
 if __name__ == "__main__":
