@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -155,25 +154,27 @@ def _interval(
         return bool(np.delete(at & pulls, number).any())
 
     def end(sign: float, bound: float) -> float:
-        last = best
+        last, found = best, {float(best.z[number]): -float(np.sqrt(limit))}
 
-        @cache
         def excess(z: float) -> float:
             nonlocal last
+            if z in found:
+                return found[z]
             guess = np.clip(last.z + along * (z - last.z[number]), problem.low, problem.high)
             guess[number] = z
             last = _solve(problem, guess, fixed=number, step=LOOSE)
             profile.append((z, last.squares))
             rise = max(last.squares - best.squares, 0.0) / variance
-            return float(np.sqrt(rise) - np.sqrt(limit))
+            found[z] = float(np.sqrt(rise) - np.sqrt(limit))
+            return found[z]
 
         near, far = float(best.z[number]), float(best.z[number])
         step = min(np.sqrt(limit) * error, FARTHEST * max(error, 0.02), 1.0)
         while far != bound:
             near, far = far, sign * min(sign * far + step, sign * bound)
             if excess(far) > 0.0:
-                found = float(brentq(excess, near, far, xtol=CLOSE * min(error, 1.0)))
-                return float("nan") if held(last) else found
+                closed = float(brentq(excess, near, far, xtol=CLOSE * min(error, 1.0)))
+                return float("nan") if held(last) else closed
         return float("nan")
 
     low, high = end(-1.0, problem.low[number]), end(1.0, problem.high[number])
