@@ -1,5 +1,5 @@
 """The command line: `iceslide run`, `sweep`, `ladder`, `info`, `view`, `report`, `footprint`,
-`wheel`, `roughness`, `rubber`, `cases`, `doctor`, `app`.
+`wheel`, `roughness`, `rubber`, `calibrate`, `uncertainty`, `cases`, `doctor`, `app`.
 
 Commands are in `commands`, and so is what they end with (`outcome`). This module combines them.
 """

@@ -51,7 +51,7 @@ def words(figures: Mapping[str, Any]) -> Words:
         ],
         left_out=LEFT_OUT,
         tables=[Table(f"Parameters, {figures['level']:.0%} intervals by profiles", HEAD, rows)],
-        remarks=[holds, *(f"{line[0].upper()}{line[1:]}." for line in figures["determined"])],
+        remarks=[holds, *(f"{line}." for line in figures["determined"])],
         more=[Section("use", "Use it in a scene", [Text(figures["toml"], "code")])],
     )
 

@@ -19,6 +19,7 @@ from iceslide_fem.scene import as_toml, put
 from iceslide_fem.scene.fields import with_unit
 
 UNKNOWN = 1e8  # variance of ln p of a parameter without effect
+LARGE = 0.3  # root mean square of ln mu, above which a model does not describe data
 DIGITS = 5  # of fitted values
 NO_EFFECT = 1e-4  # change of ln mu by a change of ln p, root mean square
 FEW_TIMES = 2.0  # residuals whose spread is so many times what sigma says
@@ -125,6 +126,12 @@ def _warnings(names: list[str], found: Calibration) -> list[str]:
                     f"the profile of {name} does not close towards its {side} bound: the data do "
                     "not limit it there"
                 )
+    off = rms(fit.best.residuals * problem.scale)
+    if off > LARGE:
+        said.append(
+            f"computed mu is off by a factor of {np.exp(off):.2g} (rms): the model does "
+            "not describe these data"
+        )
     if fit.other is not None:
         values = problem.values(fit.other)
         where = ", ".join(f"{key} = {value:.3g}" for key, value in values.items())
