@@ -221,6 +221,40 @@ def test_slices_by_few_runs(tmp_path):
     assert len(numbers_of(tmp_path / "out" / "runs.csv")) == 4
 
 
+WHEEL = "--gaussian 60mm,2bar,30mm --speed 20km/h --slip 0.03,0.1,1"
+
+
+def test_a_wheel_by_few_of_them(tmp_path, capsys):
+    """Its peak follows the dry stress, as a point's friction does."""
+    words = ["uncertainty", CASE.parent / "cold_point.toml", "--input=film.dry_stress=~10%",
+             "--runs=4", f"--wheel={WHEEL}", f"--out={tmp_path / 'out'}"]  # fmt: skip
+    assert exit_code(*words) == 0
+    figures = json.loads((tmp_path / "out" / "uncertainty.json").read_text())
+    assert figures["model"] == "wheel" and figures["output"] == "mu_peak"
+    assert figures["control_variate"]["correlation"] > 0.95
+    assert 0.04 < figures["std"] / figures["mean"] < 0.12
+    capsys.readouterr()
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--output=mu_locked"], "is that of a wheel; give --wheel"),
+        (["--output=mu_mean", f"--wheel={WHEEL}"], "is none of a wheel"),
+        ([f"--wheel={WHEEL} --scene a.toml"], "takes no --scene"),
+        (["--wheel=--gaussian 60mm,2bar,30mm --slipp 1"], "slipp is not a known"),
+        ([f"--wheel={WHEEL}", "--input=load.speed=~10%"], "load.speed does not act on a wheel"),
+    ],
+)
+def test_a_wheel_that_cannot_be_is_refused(words, said, tmp_path, capsys):
+    out = tmp_path / "out"
+    case = CASE.parent / "cold_point.toml"
+    asked = ["uncertainty", case, "--input=film.dry_stress=~10%", f"--out={out}", *words]
+    assert exit_code(*asked) == 2
+    shown = capsys.readouterr().err
+    assert said in shown and len(shown.strip().splitlines()) == 1 and not out.exists()
+
+
 def test_names_of_the_package():
     assert SimpleNamespace(**{name: getattr(iceslide_fem, name) for name in
                               ("calibrate", "uncertainty")})  # fmt: skip

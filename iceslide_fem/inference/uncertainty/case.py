@@ -4,19 +4,26 @@ from __future__ import annotations
 
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import ConfigDict, Field
 
 from iceslide_fem.inference.calibrate.case import pairs
 from iceslide_fem.inference.parameters import checked
 from iceslide_fem.inference.uncertainty.sampling import Inputs, read_calibration
+from iceslide_fem.inference.uncertainty.wheel import check_wheel, wheel_options
+from iceslide_fem.runs.many_points import OUTPUTS
 from iceslide_fem.runs.model_levels import resolved
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import Scene, load_scene
 from iceslide_fem.scene.command_options import CommandOptions, Number, option
 from iceslide_fem.scene.distribution import read_distribution
 from iceslide_fem.scene.variation import number_at
+
+Output = Literal[
+    "mu_mean", "mu_peak", "mu_end", "mu_locked", "deceleration_locked", "deceleration_threshold",
+    "deceleration_ideal",
+]  # fmt: skip
 
 
 def _named(key: str) -> str:
@@ -42,7 +49,12 @@ class UncertaintyCase(CommandOptions):
     change: Annotated[dict[str, str], pairs("--set", "load.pressure=3bar")] = option(
         {}, "Another value of the scene: load.pressure=3bar. May be repeated.", "KEY=VALUE"
     )
-    output: Literal["mu_mean", "mu_peak", "mu_end"] = option("mu_mean", "Whose spread.")
+    wheel: str | None = option(
+        None,
+        "Of a wheel with these options of iceslide wheel: '--gaussian 120mm,2bar,60mm'.",
+        "OPTIONS",
+    )
+    output: Output | None = option(None, "Whose spread.", shown="mu_mean; of a wheel mu_peak")
     samples: Annotated[int, Field(ge=64, le=65536), Number] = option(1024, "Points.", "N", "1024")
     runs: Annotated[int, Field(ge=4, le=1000), Number] = option(
         8, "Runs of a slice or block; points do the rest.", "N", "8"
@@ -53,11 +65,29 @@ class UncertaintyCase(CommandOptions):
         """Scene and calibration."""
         return [path for path in (self.source, self.calibration) if path is not None]
 
+    @property
+    def quantity(self) -> str:
+        """Whose spread. Raises SceneError if only a wheel has it."""
+        found = self.output or ("mu_mean" if self.wheel is None else "mu_peak")
+        if self.wheel is None and found not in OUTPUTS:
+            raise SceneError(f"--output {found} is that of a wheel; give --wheel, too")
+        return found
+
     @cached_property
     def scene(self) -> Scene:
-        """The scene on its model level. Raises SceneError."""
+        """The scene on its model level, for a wheel that of a point. Raises SceneError."""
         changes = [f"{key}={text}" for key, text in self.change.items()]
-        return resolved(load_scene(self.source, changes))
+        point = [] if self.wheel is None else ["model=point"]
+        return resolved(load_scene(self.source, [*changes, *point]))
+
+    @cached_property
+    def wheel_options(self) -> dict[str, Any] | None:
+        """Options of the wheel, or None. Raises SceneError if it cannot be computed."""
+        if self.wheel is None:
+            return None
+        found = wheel_options(self.wheel, self.quantity)
+        check_wheel(found, self.source, self.inputs.keys)
+        return found
 
     @cached_property
     def inputs(self) -> Inputs:

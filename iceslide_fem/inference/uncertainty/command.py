@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import numpy as np
 from iceslide_fem.inference.uncertainty.case import UncertaintyCase
 from iceslide_fem.inference.uncertainty.output import charts, figures, write
 from iceslide_fem.inference.uncertainty.propagate import Spread, spread_of_points, spread_of_runs
+from iceslide_fem.inference.uncertainty.wheel import run_wheels
 from iceslide_fem.postprocess.report.page import Cell, Table
 from iceslide_fem.preprocess.work import Preprocessor, Words
 from iceslide_fem.runtime.arrays import Array
@@ -31,21 +33,25 @@ HEAD = ("input", "spread", "alone", "with all others")
 
 def compute(case: UncertaintyCase) -> Spread:
     """The spread of a case. Raises SceneError, SimulationStopped."""
-    scene, inputs = case.scene, case.inputs
-    if scene.model == "point":
-        return spread_of_points(scene, inputs, case.samples, case.output)
+    scene, inputs, wheel = case.scene, case.inputs, case.wheel_options
+    if wheel is None and scene.model == "point":
+        return spread_of_points(scene, inputs, case.samples, case.quantity)
 
-    def run(scenes: Sequence[Scene], folder: Path) -> Array:
+    def run_all(scenes: Sequence[Scene], folder: Path) -> Array:
         cases = [Case(f"run{i}", one, fingerprint(one)) for i, one in enumerate(scenes, start=1)]
         prepare(folder, cases)
         mu = dict.fromkeys((one.name for one in cases), np.nan)
         for one, outcome in compute_runs(folder, cases, share_cores(1, None)):
             if outcome.status == DONE:
-                mu[one.name] = outcome.summary[case.output]
+                mu[one.name] = outcome.summary[case.quantity]
         return np.array(list(mu.values()))
 
+    run: Callable[[Sequence[Scene], Path], Array] = run_all
+    of_points = case.quantity
+    if wheel is not None:
+        run, of_points = partial(run_wheels, wheel, case.quantity), "mu_mean"
     with tempfile.TemporaryDirectory() as folder:
-        return spread_of_runs(scene, inputs, case.runs, case.output, run, Path(folder))
+        return spread_of_runs(scene, inputs, case.runs, of_points, run, Path(folder))
 
 
 def words(figures: Mapping[str, Any]) -> Words:

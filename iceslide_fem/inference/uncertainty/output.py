@@ -53,8 +53,8 @@ def figures(case: UncertaintyCase, found: Spread) -> dict[str, Any]:
             )
     return {
         "name": case.scene.name,
-        "model": case.scene.model,
-        "output": case.output,
+        "model": _level(case),
+        "output": case.quantity,
         "samples": int(found.samples.mu.size),
         "failed": len(found.samples.reasons),
         "mean": float(mu.mean()),
@@ -79,10 +79,10 @@ def write(case: UncertaintyCase, found: Spread, out: Path) -> None:
     """Write samples.csv, and runs.csv of slices and blocks."""
     keys = case.inputs.keys
     columns = dict(zip(keys, found.samples.values.T, strict=True))
-    replace_file(out / "samples.csv", csv_text(columns | {case.output: found.mu}))
+    replace_file(out / "samples.csv", csv_text(columns | {case.quantity: found.mu}))
     if found.runs is not None:
         columns = dict(zip(keys, found.runs.values.T, strict=True))
-        both = {case.output: found.runs.mu, f"{case.output}_of_point": found.runs.points}
+        both = {case.quantity: found.runs.mu, f"{case.quantity}_of_point": found.runs.points}
         replace_file(out / "runs.csv", csv_text(columns | both))
 
 
@@ -103,7 +103,7 @@ def _density(case: UncertaintyCase, found: Spread) -> Chart:
     x, y = np.repeat(edges, 2), np.concatenate([[0.0], np.repeat(density, 2), [0.0]])
     low, _, high = np.quantile(mu, QUANTILES)
     said = f"95 % of the samples lie between {low:.4g} and {high:.4g}."
-    name = f"{case.output} of {case.scene.name}"
+    name = f"{case.quantity} of {case.scene.name}"
     return Chart("distribution", f"Spread of {name}", said, "mu", "density", [Curve("mu", x, y)])
 
 
@@ -129,5 +129,11 @@ def _control(case: UncertaintyCase, found: Spread) -> Chart:
         f"{runs.mu.size} runs beside points at the same inputs: correlation "
         f"{runs.correlation:.3f}, rest {runs.rest:.2g}."
     )
-    title = f"{case.scene.model} and point"
-    return Chart("control", title, said, "mu of the point", f"mu of the {case.scene.model}", curves)
+    level = _level(case)
+    title, y = f"{level} and point", f"{case.quantity} of the {level}"
+    return Chart("control", title, said, "mu of the point", y, curves)
+
+
+def _level(case: UncertaintyCase) -> str:
+    """What is computed: the scene's model, or a wheel."""
+    return "wheel" if case.wheel is not None else str(case.scene.model)
