@@ -72,6 +72,8 @@ def whole(name: str) -> Callable[..., None]:
             from iceslide_fem.preprocess.work import page_of, run
         done = run(kind, values, out, force)
         words = kind.words(done.figures)
+        if words.verdict:
+            typer.echo(words.verdict)
         show_figures(words.lines)
         for table in words.tables:
             _show_table(table)

@@ -34,7 +34,8 @@ class Words(NamedTuple):
     """What terminal and page say of results.
 
     lines: names and readable values of the main figures; remarks: sentences below the tables;
-    left_out: what the model leaves out; more: of the page alone.
+    left_out: what the model leaves out; more: of the page alone; verdict: what the main figure is
+    worth (`runs.verdict`), before everything else.
     """
 
     title: str
@@ -44,6 +45,7 @@ class Words(NamedTuple):
     tables: Sequence[Table] = ()
     remarks: Sequence[str] = ()
     more: Sequence[Section] = ()
+    verdict: str = ""
 
 
 class Preprocessor(NamedTuple):
@@ -117,7 +119,7 @@ def page_of(words: Words, charts: Charts, figures: Mapping[str, Any]) -> Page:
     drawn = [part for parts in charts.values() for part in parts]
     return Page(
         title=words.title,
-        summary=words.summary,
+        summary=f"{words.verdict} {words.summary}".strip(),
         sections=[
             Section("results", "Results", [
                 *words.tables,

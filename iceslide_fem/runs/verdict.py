@@ -39,24 +39,16 @@ class Verdict(NamedTuple):
     doubtful: bool
 
     @property
-    def digits(self) -> int:
-        """Decimals of mu down to a tenth of its numerical and model error, at most four."""
-        error = self.mu * (self.numerical + (self.model or 0.0))
-        return 4 if error <= 0.0 else min(max(1 - floor(log10(error)), 0), 4)
-
-    @property
     def sentence(self) -> str:
         """All of it in words."""
-        mu, digits = self.mu, self.digits
-        parts = [f"± {mu * self.numerical:.1g} (steps and mesh)"]
-        if self.model is None:
-            parts.append("model not estimated")
-        elif self.worst is not None and self.model > 0.0:
-            parts.append(f"± {mu * self.model:.1g} at most (model; most by {self.worst.name})")
-        parts.append(
-            "inputs taken as exact" if self.inputs is None else f"± {mu * self.inputs:.1g} (inputs)"
-        )
-        return f"Mean mu is {mu:.{digits}f}: {', '.join(parts)}. {self.holds}"
+        model = "not estimated"
+        if self.model is not None:
+            model = ""
+            if self.worst is not None and self.model > 0.0:
+                model = f"± {self.mu * self.model:.1g} at most, most by {self.worst.name}"
+        said = in_words("Mean mu", self.mu, self.numerical, "steps and mesh", model,
+                        self.model or 0.0, self.inputs)  # fmt: skip
+        return f"{said} {self.holds}"
 
     def as_dict(self) -> dict[str, Any]:
         """The entry of a summary."""
@@ -68,6 +60,30 @@ class Verdict(NamedTuple):
             "doubtful": self.doubtful,
             "sentence": self.sentence,
         }
+
+
+def in_words(
+    what: str,
+    mu: float,
+    numerical: float,
+    of_numbers: str,
+    model: str = "not estimated",
+    model_error: float = 0.0,
+    inputs: float | None = None,
+) -> str:
+    """A sentence about a friction coefficient, with the decimals that its errors leave.
+
+    numerical, model_error, inputs: parts of mu; of_numbers: what the first is of; model: what is
+    left out, "" if nothing is.
+    """
+    error = mu * (numerical + model_error)
+    # down to a tenth of the error, at most four decimals
+    digits = 4 if error <= 0.0 else min(max(1 - floor(log10(error)), 0), 4)
+    parts = [f"± {mu * numerical:.1g} ({of_numbers})"]
+    if model:
+        parts.append(f"model {model}")
+    given = "inputs taken as exact" if inputs is None else f"± {mu * inputs:.1g} (inputs)"
+    return f"{what} is {mu:.{digits}f}: {', '.join([*parts, given])}."
 
 
 def verdict(scene: Scene, entries: Mapping[str, Any]) -> Verdict:

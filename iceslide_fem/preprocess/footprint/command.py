@@ -29,6 +29,7 @@ from iceslide_fem.preprocess.footprint.map_file import read_maps, write_maps
 from iceslide_fem.preprocess.footprint.reading import read_footprint
 from iceslide_fem.preprocess.footprint.survey import MODELS, Survey, summary, survey
 from iceslide_fem.preprocess.work import Charts, Preprocessor, Words, csv_text
+from iceslide_fem.runs.verdict import in_words
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.files import replace_file
 from iceslide_fem.runtime.terminal import LongTask
@@ -146,6 +147,7 @@ def words(figures: Mapping[str, Any]) -> Words:
     """What terminal and page say of a footprint."""
     case, line = figures["case"], "line along a " * ("line" in figures)
     error = ABOUT_ERROR.format(case["tolerance"])
+    mu, worth = figures["film"]["mu_mean"], "film, per pixel"
     return Words(
         title=f"{Path(figures['source']).stem}: {line}footprint",
         summary=f"A tyre at {case['speed']:g} m/s with slip {case['slip']:g} on ice at "
@@ -155,6 +157,9 @@ def words(figures: Mapping[str, Any]) -> Words:
         lines=_lines(figures),
         left_out=LEFT_OUT,
         remarks=[error, ABOUT_MODELS] if case["thesis_balance"] else [error],
+        verdict=in_words(
+            "Mean mu", figures["film"]["mu_mean"], case["tolerance"], "film, per pixel"
+        ),
     )
 
 

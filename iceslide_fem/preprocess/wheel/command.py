@@ -22,6 +22,7 @@ from iceslide_fem.preprocess.wheel.output import columns, stop_columns, stop_fig
 from iceslide_fem.preprocess.wheel.slip_table import axes_of_a_stop, slip_table
 from iceslide_fem.preprocess.wheel.tread import TreadStiffness, stiffness_of
 from iceslide_fem.preprocess.work import Preprocessor, Words, csv_text
+from iceslide_fem.runs.verdict import in_words
 from iceslide_fem.runtime.files import replace_file
 from iceslide_fem.runtime.terminal import LongTask
 from iceslide_fem.scene.materials import BAR
@@ -130,7 +131,17 @@ def words(figures: Mapping[str, Any]) -> Words:
         left_out=LEFT_OUT + NO_CARCASS * (figures["case"]["carcass"] is None),
         tables=[*tables, *([Table("A quarter car brakes", STOP_HEAD, stops)] if stops else [])],
         remarks=[ABOUT_ERROR.format(figures["case"]["tolerance"])],
+        verdict=_verdict(figures),
     )
+
+
+def _verdict(figures: Mapping[str, Any]) -> str:
+    """What the peak of mu is worth, or that of the locked wheel."""
+    first, tolerance = figures["curves"][0], figures["case"]["tolerance"]
+    for key, what in (("peak_mu", "Peak mu"), ("locked_mu", "mu of the locked wheel")):
+        if first[key] is not None:
+            return in_words(what, first[key], tolerance, "film, per pixel")
+    return ""
 
 
 def _summary(case: Mapping[str, Any], members: Sequence[Mapping[str, Any]]) -> str:
