@@ -147,7 +147,7 @@ def words(figures: Mapping[str, Any]) -> Words:
     """What terminal and page say of a footprint."""
     case, line = figures["case"], "line along a " * ("line" in figures)
     error = ABOUT_ERROR.format(case["tolerance"])
-    mu, worth = figures["film"]["mu_mean"], "film, per pixel"
+    mu = figures["film"]["mu_mean"]
     return Words(
         title=f"{Path(figures['source']).stem}: {line}footprint",
         summary=f"A tyre at {case['speed']:g} m/s with slip {case['slip']:g} on ice at "
@@ -157,9 +157,7 @@ def words(figures: Mapping[str, Any]) -> Words:
         lines=_lines(figures),
         left_out=LEFT_OUT,
         remarks=[error, ABOUT_MODELS] if case["thesis_balance"] else [error],
-        verdict=in_words(
-            "Mean mu", figures["film"]["mu_mean"], case["tolerance"], "film, per pixel"
-        ),
+        verdict=in_words("Mean mu", mu, case["tolerance"], "film, per pixel"),
     )
 
 
