@@ -35,6 +35,7 @@ KINDS = {
         "rubber.modulus_is=long-term",
     ],
     "passes": [COLUMN, "load.passes=3", "load.period=0.1s"],
+    "fixed-steps": [COLUMN, "numerics.film_integrator=implicit-euler", "numerics.max_step=10us"],
     "coulomb": ["friction.law=coulomb", "friction.mu=0.2", COLUMN],
 }
 
@@ -63,9 +64,25 @@ def test_it_is_that_of_runs(kind):
     assert not found.failures
 
 
+def test_scenes_of_all_kinds_at_once():
+    scenes = [point(*changes) for changes in KINDS.values()]
+    together = friction(scenes, Rows(speed=SPEEDS)).mu_mean
+    for number, scene in enumerate(scenes):
+        assert together[number] == pytest.approx(
+            friction([scene], Rows(speed=SPEEDS)).mu_mean[0], rel=2e-3
+        )
+
+
+def test_loads_of_rows_are_without_the_factors_of_the_scene():
+    rows = Rows(pressure=np.array([1e5]))
+    for changes in ([COLUMN], ["friction.law=coulomb", "friction.mu=0.2", COLUMN]):
+        plain, scaled = (point(*changes, *more) for more in ([], ["load.pressure_scale=3"]))
+        assert friction([scaled], rows).mu_mean == pytest.approx(friction([plain], rows).mu_mean)
+
+
 def test_physics_with_steps_of_their_own_run_alone():
     alone = {kind for kind, changes in KINDS.items() if shared_by(point(*changes)) is None}
-    assert alone == {"passes", "coulomb"}
+    assert alone == {"passes", "coulomb", "fixed-steps"}
 
 
 def test_the_time_on_sliding_ice_follows_the_speed():

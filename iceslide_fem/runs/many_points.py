@@ -19,6 +19,7 @@ from iceslide_fem.film.law import log_shearing
 from iceslide_fem.film.point import simulate
 from iceslide_fem.film.point_conditions import Conditions
 from iceslide_fem.film.point_result import Record
+from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.film.shear_strength import shear_strength
 from iceslide_fem.runs.point import point_history
 from iceslide_fem.runtime.arrays import Array
@@ -111,11 +112,13 @@ def friction(scenes: Sequence[Scene], rows: Rows = Rows(), times: ArrayLike = ()
 def shared_by(scene: Scene) -> tuple[Any, ...] | None:
     """What scenes must have in common to share a call; None of a scene that runs alone.
 
-    Alone: passes (each starts from the last one); loads over time, user laws and voids that carry
-    (each has its steps); contact that ages under a block (ice meets rubber of all ages).
+    Alone: passes (each starts from the last one); loads over time, user laws, voids that carry and
+    fixed steps (each has its steps); contact that ages under a block (ice meets rubber of all
+    ages).
     """
     if (
         scene.several_passes
+        or not INTEGRATORS[scene.numerics.film_integrator].estimate
         or scene.load.changes
         or scene.friction.law != "film"
         or (scene.film.contact_age and scene.ice.motion == "sliding")
@@ -129,7 +132,7 @@ def shared_by(scene: Scene) -> tuple[Any, ...] | None:
         heat = scene.rubber_temperature, ice.melting_temperature, *rubber.solid, *film
     below = None if ice.ground == BOTTOMLESS else ice.solid  # one solid for all on it
     rows = 0 if strength is None else len(strength.depth)
-    return heat, below, rows, scene.refreeze, *simulation_settings(scene).values()
+    return ice.motion, heat, below, rows, scene.refreeze, *simulation_settings(scene).values()
 
 
 def _fill(
@@ -251,9 +254,10 @@ def _alone(found: Friction, number: int, scene: Scene, rows: Rows, times: Array)
 
 
 def _row_scenes(scene: Scene, rows: Rows) -> Iterator[Scene]:
-    """The scene under each row."""
+    """The scene under each row, whose loads are as given, without the scene's factors."""
     given = rows.given
+    whole = {f"load.{name}_scale": 1.0 for name in ("pressure", "speed") if name in given}
     for row in range(rows.number):
         changes = {KEYS[name]: float(np.broadcast_to(part, rows.number)[row])
                    for name, part in given.items()}  # fmt: skip
-        yield with_values(scene, changes)
+        yield with_values(scene, whole | changes)
