@@ -72,3 +72,13 @@ def test_a_wrong_spread_is_refused_before_the_run(tmp_path, capsys):
     out = tmp_path / "out"
     assert exit_code("run", tmp_path / "scene.toml", "--set=model=point", f"--out={out}") == 2
     assert "did you mean film.k_scale" in capsys.readouterr().err and not out.exists()
+
+
+def test_many_cases_have_one_sentence(tmp_path, capsys):
+    out = tmp_path / "out"
+    words = ["sweep", CASES / "thesis_1bar.toml", "--set=model=point", "--set=ice.heat=column",
+             "--vary=load.pressure=1bar,2bar", f"--out={out}"]  # fmt: skip
+    assert exit_code(*words) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "in 2 cases: ± 0.1% (steps and mesh), model ±" in said
+    assert "in 2 cases" in (out / "report.html").read_text()

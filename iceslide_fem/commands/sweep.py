@@ -71,6 +71,8 @@ def sweep(
         pictures = plot_sweep(dataset, out)
     if not no_report:
         leave_report(out)
+    if dataset.attrs["verdict"]:
+        typer.echo(dataset.attrs["verdict"])
     for path in (out / "sweep.csv", out / "sweep.nc", *pictures, *out.glob("report.html")):
         typer.echo(str(path))
     lines = failures(dataset)

@@ -19,6 +19,7 @@ from iceslide_fem.scene.variation import with_values
 # (docs/validation/accuracy.md, whole runs).
 MESH = 0.005
 BAND = 1.96  # standard deviations of an input band: 95 %
+FEW = 5  # cases of several that are looked at
 SMALL_PART = 0.05  # of the contact outside the table of k, D and H_V
 
 
@@ -99,6 +100,30 @@ def verdict(scene: Scene, entries: Mapping[str, Any]) -> Verdict:
     holds, doubtful = _holds(scene, entries)
     return Verdict(entries["mu_mean"], numerics.tolerance + mesh, model, worst,
                    input_band(scene), holds, doubtful)  # fmt: skip
+
+
+def of_cases(cases: Sequence[tuple[Scene, Mapping[str, Any]]]) -> str:
+    """A sentence about several results: the range of mean mu, and the largest errors of some.
+
+    cases: scenes with the entries of their summaries; errors are those of at most `FEW`, spread
+    over mu with both ends. "" without any case.
+    """
+    if not cases:
+        return ""
+    order = sorted(cases, key=lambda case: float(case[1]["mu_mean"]))
+    places = sorted({round(place) for place in np.linspace(0, len(order) - 1, FEW)})
+    some = [verdict(*order[place]) for place in places]
+    models = [one for one in some if one.model]
+    parts = [f"± {max(one.numerical for one in some):.1%} (steps and mesh)"]
+    if models:
+        largest = max(models, key=lambda one: one.model or 0.0)
+        worst = f", most by {largest.worst.name}" if largest.worst is not None else ""
+        parts.append(f"model ± {largest.model:.0%} at most{worst}")
+    bands = [one.inputs for one in some if one.inputs is not None]
+    parts.append(f"± {max(bands):.0%} (inputs)" if bands else "inputs taken as exact")
+    doubt = next((f" In some cases: {one.holds}" for one in some if one.doubtful), "")
+    low, high = some[0].mu, some[-1].mu
+    return f"Mean mu is {low:.3g} to {high:.3g} in {len(cases)} cases: {', '.join(parts)}.{doubt}"
 
 
 def inputs_of(scene: Scene) -> list[Distribution]:

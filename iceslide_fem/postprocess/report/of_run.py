@@ -52,7 +52,7 @@ def page_of_run(run: Run, stopped: str = "") -> Page:
     over_time = Section("fields", "Fields over time", fields)
     return Page(
         title=run.title,
-        summary=" ".join([_verdict(run), in_words(run.scene)]).strip(),
+        summary=" ".join([verdict_of(run), in_words(run.scene)]).strip(),
         stopped=stopped,
         sections=[
             Section(
@@ -66,7 +66,7 @@ def page_of_run(run: Run, stopped: str = "") -> Page:
     )
 
 
-def _verdict(run: Run) -> str:
+def verdict_of(run: Run) -> str:
     """What the result is worth, in words; "" of runs without it."""
     return str((run.summary.get("verdict") or {}).get("sentence", ""))
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from iceslide_fem.postprocess.report.curves import charts_of_runs
-from iceslide_fem.postprocess.report.of_run import of_error, results_of
+from iceslide_fem.postprocess.report.of_run import of_error, results_of, verdict_of
 from iceslide_fem.postprocess.report.page import (
     Cell,
     Chart,
@@ -32,6 +32,11 @@ from iceslide_fem.runs.model_levels import ModelLevel, fineness
 from iceslide_fem.runtime.errors import SceneError
 
 
+def _verdicts(runs: Mapping[str, Run]) -> list[Text]:
+    """What each result is worth."""
+    return [Text(f"{name}: {said}") for name, run in runs.items() if (said := verdict_of(run))]
+
+
 def page_of_runs(folders: list[Path]) -> Page:
     """Page that compares several runs with the first one."""
     runs = {name: read_run(folder) for name, folder in zip(_names(folders), folders, strict=True)}
@@ -53,7 +58,11 @@ def page_of_runs(folders: list[Path]) -> Page:
             Section(
                 "results",
                 "Results",
-                [results_of(runs, [left_out(run) for run in runs.values()]), of_error()],
+                [
+                    *_verdicts(runs),
+                    results_of(runs, [left_out(run) for run in runs.values()]),
+                    of_error(),
+                ],
             ),
             Section("differences", f"mu(t) against {first}", [_distances(others, runs[first])]),
             Section("curves", "Curves", charts_of_runs(runs)),

@@ -55,7 +55,8 @@ def page_of_sweep(folder: Path) -> Page:
     command = Text(_command(data, keys), "code")
     return Page(
         title=f"{data.attrs.get('name') or folder.name}: sweep of {count} cases",
-        summary=f"{count} cases over {over}, {done} of them done, model {data.attrs.get('model')}.",
+        summary=f"{data.attrs.get('verdict', '')} {count} cases over {over}, {done} of them done, "
+        f"model {data.attrs.get('model')}.".strip(),
         stopped="" if done == count else f"{count - done} of {count} cases are not done.",
         sections=[
             *([Section("curves", "Curves", charts)] if charts else []),

@@ -12,6 +12,7 @@ import xarray as xr
 
 from iceslide_fem.output.summary import untouched, word_of
 from iceslide_fem.postprocess.results import read_run
+from iceslide_fem.runs.verdict import of_cases
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.columns import attributes_of
 from iceslide_fem.runtime.errors import SceneError
@@ -191,6 +192,13 @@ def to_dataset(
     attributes = {"iceslide_fem": "sweep", "inputs": words}
     attributes |= {key: str(common.get(key, "")) for key in ("name", "model")}
     attributes["versions"] = versions_in_words(versions())
+    attributes["verdict"] = of_cases(
+        [
+            (case.scene, outcome.summary)
+            for case, outcome in zip(plan.cases, outcomes, strict=True)
+            if outcome.status == DONE
+        ]
+    )
     return xr.Dataset(data, coordinates, attributes | {"scene": as_toml(scene)})
 
 
@@ -199,6 +207,6 @@ def _entries(summary: Mapping[str, Any]) -> dict[str, Any]:
     numbers = {
         key: value
         for key, value in summary.items()
-        if key != "stopped" and (value is None or isinstance(value, int | float))
+        if key not in ("stopped", "verdict") and (value is None or isinstance(value, int | float))
     }
     return numbers | flat({"versions": summary.get("versions", {})})
