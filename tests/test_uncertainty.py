@@ -236,6 +236,17 @@ def test_a_wheel_by_few_of_them(tmp_path, capsys):
     capsys.readouterr()
 
 
+def test_a_footprint_by_few_of_them(tmp_path, capsys):
+    found = iceslide_fem.uncertainty(
+        CASE.parent / "cold_point.toml", {"film.dry_stress": "~10%"}, runs=4,
+        footprint="--gaussian 60mm,2bar,30mm --speed 3m/s", out=tmp_path / "out",
+    )  # fmt: skip
+    assert found.attrs["model"] == "footprint" and found.attrs["output"] == "mu_mean"
+    assert found.attrs["control_variate.correlation"] > 0.9
+    assert 0.01 < found.attrs["std"] / found.attrs["mean"] < 0.12
+    capsys.readouterr()
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
@@ -244,6 +255,12 @@ def test_a_wheel_by_few_of_them(tmp_path, capsys):
         ([f"--wheel={WHEEL} --scene a.toml"], "takes no --scene"),
         (["--wheel=--gaussian 60mm,2bar,30mm --slipp 1"], "slipp is not a known"),
         ([f"--wheel={WHEEL}", "--input=load.speed=~10%"], "load.speed does not act on a wheel"),
+        ([f"--footprint={WHEEL}", f"--wheel={WHEEL}"], "contradict each other"),
+        (
+            ["--footprint=--gaussian 60mm,2bar,30mm", "--input=film.k_scale=~10%"],
+            "film.k_scale does not act on a footprint",
+        ),
+        (["--footprint=--gaussian 60mm,2bar,30mm --viscosity 1e-3"], "takes no --viscosity"),
     ],
 )
 def test_a_wheel_that_cannot_be_is_refused(words, said, tmp_path, capsys):

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import ConfigDict, Field
 
 from iceslide_fem.inference.calibrate.case import pairs
 from iceslide_fem.inference.parameters import checked
 from iceslide_fem.inference.uncertainty.sampling import Inputs, read_calibration
-from iceslide_fem.inference.uncertainty.wheel import check_wheel, wheel_options
+from iceslide_fem.inference.uncertainty.tyres import KINDS, Tyre, tyre
 from iceslide_fem.runs.many_points import OUTPUTS
 from iceslide_fem.runs.model_levels import resolved
 from iceslide_fem.runtime.errors import SceneError
@@ -54,6 +54,9 @@ class UncertaintyCase(CommandOptions):
         "Of a wheel with these options of iceslide wheel: '--gaussian 120mm,2bar,60mm'.",
         "OPTIONS",
     )
+    footprint: str | None = option(
+        None, "Of a footprint, in the same way: '--image tyre.png --frame 0.2,0.1'.", "OPTIONS"
+    )
     output: Output | None = option(None, "Whose spread.", shown="mu_mean; of a wheel mu_peak")
     samples: Annotated[int, Field(ge=64, le=65536), Number] = option(1024, "Points.", "N", "1024")
     runs: Annotated[int, Field(ge=4, le=1000), Number] = option(
@@ -66,28 +69,39 @@ class UncertaintyCase(CommandOptions):
         return [path for path in (self.source, self.calibration) if path is not None]
 
     @property
+    def kind(self) -> str:
+        """Of which a tyre is, "" for the scene itself. Raises SceneError if both are given."""
+        given = [kind for kind in KINDS if getattr(self, kind) is not None]
+        if len(given) > 1:
+            raise SceneError("--wheel and --footprint contradict each other; give one")
+        return given[0] if given else ""
+
+    @property
     def quantity(self) -> str:
         """Whose spread. Raises SceneError if only a wheel has it."""
-        found = self.output or ("mu_mean" if self.wheel is None else "mu_peak")
-        if self.wheel is None and found not in OUTPUTS:
+        if self.kind:
+            return self.output or next(iter(KINDS[self.kind].outputs))
+        found = self.output or OUTPUTS[0]
+        if found not in OUTPUTS:
             raise SceneError(f"--output {found} is that of a wheel; give --wheel, too")
         return found
 
     @cached_property
     def scene(self) -> Scene:
-        """The scene on its model level, for a wheel that of a point. Raises SceneError."""
+        """The scene on its model level, for a tyre that of a point. Raises SceneError."""
         changes = [f"{key}={text}" for key, text in self.change.items()]
-        point = [] if self.wheel is None else ["model=point"]
-        return resolved(load_scene(self.source, [*changes, *point]))
+        return resolved(
+            load_scene(self.source, [*changes, *(["model=point"] if self.kind else [])])
+        )
 
     @cached_property
-    def wheel_options(self) -> dict[str, Any] | None:
-        """Options of the wheel, or None. Raises SceneError if it cannot be computed."""
-        if self.wheel is None:
+    def tyre(self) -> Tyre | None:
+        """The wheel or footprint, or None. Raises SceneError if it cannot be computed."""
+        if not self.kind:
             return None
-        found = wheel_options(self.wheel, self.quantity)
-        check_wheel(found, self.source, self.inputs.keys)
-        return found
+        return tyre(
+            self.kind, getattr(self, self.kind), self.quantity, self.source, self.inputs.keys
+        )
 
     @cached_property
     def inputs(self) -> Inputs:

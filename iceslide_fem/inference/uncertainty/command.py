@@ -13,7 +13,7 @@ import numpy as np
 from iceslide_fem.inference.uncertainty.case import UncertaintyCase
 from iceslide_fem.inference.uncertainty.output import charts, figures, write
 from iceslide_fem.inference.uncertainty.propagate import Spread, spread_of_points, spread_of_runs
-from iceslide_fem.inference.uncertainty.wheel import run_wheels
+from iceslide_fem.inference.uncertainty.tyres import run_tyres
 from iceslide_fem.postprocess.report.page import Cell, Table
 from iceslide_fem.preprocess.work import Preprocessor, Words
 from iceslide_fem.runtime.arrays import Array
@@ -33,8 +33,8 @@ HEAD = ("input", "spread", "alone", "with all others")
 
 def compute(case: UncertaintyCase) -> Spread:
     """The spread of a case. Raises SceneError, SimulationStopped."""
-    scene, inputs, wheel = case.scene, case.inputs, case.wheel_options
-    if wheel is None and scene.model == "point":
+    scene, inputs, tyre = case.scene, case.inputs, case.tyre
+    if tyre is None and scene.model == "point":
         return spread_of_points(scene, inputs, case.samples, case.quantity)
 
     def run_all(scenes: Sequence[Scene], folder: Path) -> Array:
@@ -48,8 +48,8 @@ def compute(case: UncertaintyCase) -> Spread:
 
     run: Callable[[Sequence[Scene], Path], Array] = run_all
     of_points = case.quantity
-    if wheel is not None:
-        run, of_points = partial(run_wheels, wheel, case.quantity), "mu_mean"
+    if tyre is not None:
+        run, of_points = partial(run_tyres, tyre), "mu_mean"
     with tempfile.TemporaryDirectory() as folder:
         return spread_of_runs(scene, inputs, case.runs, of_points, run, Path(folder))
 

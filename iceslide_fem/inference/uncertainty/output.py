@@ -135,5 +135,5 @@ def _control(case: UncertaintyCase, found: Spread) -> Chart:
 
 
 def _level(case: UncertaintyCase) -> str:
-    """What is computed: the scene's model, or a wheel."""
-    return "wheel" if case.wheel is not None else str(case.scene.model)
+    """What is computed: the scene's model, a wheel, or a footprint."""
+    return case.kind or str(case.scene.model)
