@@ -27,7 +27,8 @@ WINDOW_CELLS = 100  # along the block, where the ice slides
 MOST_CELLS = 4  # that the block may pass in a step, with at least one substep per cell
 WINDOW_GUARD = 3  # cells before and behind the reach of the block, which includes
 WINDOW_SHEAR = 0.15  # of its height: displacement by a change of friction
-WINDOW_BULGE = 0.15  # the same sideways; 0.05 in a cube at 5 bar whose edge folds
+WINDOW_BULGE = 0.05  # the same sideways; 0.002 in a soft cube (3 bar, -5 degC)
+WINDOW_BESIDE = 0.15  # to there one more cell; 0.05 in a cube at 5 bar whose edge folds
 
 
 def patch_lines(
@@ -79,7 +80,7 @@ def window_lines(scene: Any, footprint: Sequence[tuple[float, float]]) -> list[L
 
     Cells are equal in x, so the window shifts by whole cells. They cover the contact and the
     undeformed block, to which it returns when friction falls, with a margin; behind it also
-    `ice.trail`. y is as in `patch_lines`, with a margin.
+    `ice.trail`. y is as in `patch_lines`, with a margin and one more cell beside it.
     """
     block, cell = block_shape(scene), window_cell(scene)
     low, high = footprint[0]
@@ -89,7 +90,15 @@ def window_lines(scene: Any, footprint: Sequence[tuple[float, float]]) -> list[L
     behind += math.ceil(scene.ice.trail / cell)
     count = math.ceil((high - low) / cell) + behind + before
     x = low - behind * cell + cell * np.arange(count + 1)
-    return [x, *patch_lines(scene, footprint, WINDOW_BULGE * block.height)[1:]]
+    more = (WINDOW_BESIDE - WINDOW_BULGE) * block.height
+    across = patch_lines(scene, footprint, WINDOW_BULGE * block.height)[1:]
+    return [x, *(_wider(y, more, block.symmetric) for y in across)]
+
+
+def _wider(line: Lines, more: float, symmetric: bool) -> Lines:
+    """A line with one more cell of a width (m) at both ends, of a symmetric block at the last."""
+    first = np.empty(0) if symmetric else line[:1] - more
+    return np.concatenate([first, line, line[-1:] + more])
 
 
 def surface_lines(scene: Any, footprint: Sequence[tuple[float, float]]) -> list[Lines]:
