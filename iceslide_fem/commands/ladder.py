@@ -64,6 +64,8 @@ def ladder(
     best, finest = cheapest_of(outcomes, tolerance), finest_of(outcomes)
     if best is None or finest is None or finest.run is None:
         raise SimulationStopped("no level of the ladder ran to its end")
+    if worth := finest.run.summary.get("verdict"):
+        typer.echo(f"{finest.name}: {worth['sentence']}")
     typer.echo(
         f"Within {tolerance:g} of {finest.name} at every time: {best.name} is the cheapest."
         if best is not finest

@@ -125,8 +125,8 @@ def page_of_ladder(folder: Path, summaries: list[Path]) -> Page:
     head = ["level", "mean mu", "largest difference", "rms", "seconds", ""]
     return Page(
         title=f"{finest.scene['name']}: every level",
-        summary="The same scene on every level of the model ladder that was worth running. "
-        f"The finest, with which the others are compared: {in_words(finest.scene)}",
+        summary=f"{verdict_of(finest)} The same scene on every level of the model ladder that was "
+        f"worth running. The finest, with which the others are compared: {in_words(finest.scene)}",
         sections=[
             Section(
                 "results",
