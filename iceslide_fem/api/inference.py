@@ -9,14 +9,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from iceslide_fem.api.runs import plain_attributes
+from iceslide_fem.api.preprocessors import attributes_of_done
 from iceslide_fem.inference.calibrate.command import CALIBRATE
 from iceslide_fem.inference.calibrate.output import Calibration
 from iceslide_fem.inference.uncertainty.command import UNCERTAINTY
 from iceslide_fem.inference.uncertainty.propagate import Spread
-from iceslide_fem.preprocess.work import Done, run
-from iceslide_fem.scene import flat
-from iceslide_fem.scene.fingerprint import versions_in_words
+from iceslide_fem.preprocess.work import run
 
 
 def calibrate(
@@ -61,12 +59,10 @@ def calibrate(
         name: ("parameter", [np.nan if one[name] is None else one[name] for one in parts.values()])
         for name in ("estimate", "low", "high", "standard_error_of_ln")
     }
-    problem, best = found.problem, found.fit.best
-    measured = problem.ln_measured
     rows = {
-        "mu_measured": np.exp(measured),
-        "mu_computed": np.exp(measured + best.residuals * problem.scale),
-        "mu_left_out": np.exp(measured + found.left_out * problem.scale),
+        "mu_measured": found.problem.mu_measured,
+        "mu_computed": found.mu_computed,
+        "mu_left_out": found.mu_left_out,
     }
     return xr.Dataset(
         {
@@ -78,9 +74,9 @@ def calibrate(
             "parameter": list(parts),
             "other": list(parts),
             "unit": ("parameter", [one["unit"] for one in parts.values()]),
-            "row": ("value", problem.row_of_value + 1),
+            "row": ("value", found.problem.row_of_value + 1),
         },
-        _attributes("calibration", done),
+        attributes_of_done("calibration", done),
     )
 
 
@@ -125,14 +121,4 @@ def uncertainty(
     }
     first, total = zip(*found.indices.values(), strict=True)
     data |= {"first_order": ("input", list(first)), "total": ("input", list(total))}
-    return xr.Dataset(data, {"input": list(found.indices)}, _attributes("uncertainty", done))
-
-
-def _attributes(kind: str, done: Done) -> dict[str, Any]:
-    figures, left_out = done.figures, ("case", "versions")
-    return {
-        "iceslide_fem": kind,
-        "folder": str(done.folder),
-        "versions": versions_in_words(figures["versions"]),
-        **plain_attributes(flat({key: v for key, v in figures.items() if key not in left_out})),
-    }
+    return xr.Dataset(data, {"input": list(found.indices)}, attributes_of_done("uncertainty", done))

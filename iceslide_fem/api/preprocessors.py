@@ -51,7 +51,7 @@ def footprint(
     ```
     """
     done = _done(footprints.FOOTPRINT, {"image": image, **options}, out, force)
-    return xr.Dataset(_maps(done.found), attrs=_attributes("footprint", done))
+    return xr.Dataset(_maps(done.found), attrs=attributes_of_done("footprint", done))
 
 
 def _maps(survey: Survey) -> Variables:
@@ -85,7 +85,7 @@ def roughness(
     ```
     """
     done = _done(surfaces.ROUGHNESS, {"surface": surface, **options}, out, force)
-    attributes = _attributes("roughness", done)
+    attributes = attributes_of_done("roughness", done)
     parts = [xr.Dataset(variables(columns(each), "pressure_Pa")) for each in done.found]
     if len(parts) > 1:
         ages = [each.age for each in done.found]
@@ -135,7 +135,7 @@ def wheel(
         of_stops = pd.DataFrame(list(stops.values()))
         stopped = variables({f"stop_{name}": of_stops[name] for name in of_stops}, "control")
         result = result.assign_coords(controls).assign(stopped)
-    return result.assign_attrs(_attributes("wheel", done))
+    return result.assign_attrs(attributes_of_done("wheel", done))
 
 
 def _done(
@@ -152,7 +152,7 @@ def _as_text(value: Any) -> Any:
     return str(value) if isinstance(value, Path) else value
 
 
-def _attributes(kind: str, done: Done) -> dict[str, Any]:
+def attributes_of_done(kind: str, done: Done) -> dict[str, Any]:
     """Attributes of a dataset of the `kind`: figures that are numbers or texts, and versions."""
     figures, left_out = done.figures, ("case", "versions", "shown")
     return {

@@ -29,12 +29,11 @@ def transit_time(scene: Scene) -> float:
 
 def exposure(scene: Scene) -> float:
     """Time of friction of one point of the ice (s): the duration, or less for sliding ice."""
-    duration = scene.load.duration
-    return duration if scene.ice.motion == "attached" else min(duration, transit_time(scene))
+    return float(exposures(scene, scene.load.speeds.mean, scene.load.duration))
 
 
 def exposures(scene: Scene, speed: ArrayLike, duration: ArrayLike) -> Array:
-    """The same (s) at other speeds (m/s) and durations (s), which broadcast."""
+    """The same (s) at speeds (m/s) and durations (s), which broadcast."""
     if scene.ice.motion == "attached":
         return np.asarray(duration, dtype=float)
     return np.asarray(np.minimum(duration, scene.rubber.length / np.asarray(speed)))

@@ -8,7 +8,7 @@ from iceslide_fem.runs.notes import notes
 from iceslide_fem.runs.simplifications import model_doubts
 from iceslide_fem.runtime.units import readable
 from iceslide_fem.scene import Scene
-from iceslide_fem.scene.distribution import read_distribution
+from iceslide_fem.scene.distribution import inputs_of
 
 # Largest sqrt(alpha t) over the contact's shortest side for which columns of ice suffice. At 0.09
 # columns change the mean mu by 0.8 %, and cold ice beside the contact changes it by 2.7 % (slice of
@@ -23,8 +23,7 @@ def before_run(scene: Scene) -> list[str]:
     model. `iceslide info` and a run print them, and a run keeps them in its summary. Raises
     SceneError if a user's mesh is unsuitable.
     """
-    for key, text in scene.uncertainty.items():  # wrong ones are refused here
-        read_distribution(scene, key, text)
+    inputs_of(scene)  # refuses wrong ones
     found = notes(scene) + _columns(scene)
     if scene.model == "point":
         return found

@@ -12,7 +12,7 @@ from iceslide_fem.runs.many_points import friction
 from iceslide_fem.runs.simplifications import Simplification, made
 from iceslide_fem.runtime.errors import IceslideError
 from iceslide_fem.scene import Scene
-from iceslide_fem.scene.distribution import Distribution, read_distribution
+from iceslide_fem.scene.distribution import inputs_of
 from iceslide_fem.scene.variation import with_values
 
 # Error of the mean of mu by the mesh at refinement 1: the largest of the cases, rounded up
@@ -124,11 +124,6 @@ def of_cases(cases: Sequence[tuple[Scene, Mapping[str, Any]]]) -> str:
     doubt = next((f" In some cases: {one.holds}" for one in some if one.doubtful), "")
     low, high = some[0].mu, some[-1].mu
     return f"Mean mu is {low:.3g} to {high:.3g} in {len(cases)} cases: {', '.join(parts)}.{doubt}"
-
-
-def inputs_of(scene: Scene) -> list[Distribution]:
-    """Distributions of the scene's table `[uncertainty]`. Raises SceneError."""
-    return [read_distribution(scene, key, text) for key, text in scene.uncertainty.items()]
 
 
 def input_band(scene: Scene) -> float | None:

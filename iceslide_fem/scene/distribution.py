@@ -94,6 +94,11 @@ def read_distribution(scene: Scene, key: str, text: str) -> Distribution:
                              centre + CUT * spread))  # fmt: skip
 
 
+def inputs_of(scene: Scene) -> list[Distribution]:
+    """Distributions of the scene's table `[uncertainty]`. Raises SceneError."""
+    return [read_distribution(scene, key, text) for key, text in scene.uncertainty.items()]
+
+
 def _part(text: str) -> float | None:
     """A percentage as a number; None if it is none."""
     match = _PART.fullmatch(text)
@@ -110,7 +115,8 @@ def _width(said: str, text: str, centre: float, what: Parameter) -> float:
         spread = part * abs(centre)
     else:
         try:
-            spread = float(as_number(text)) if _is_number(text) else to_si(text, what.unit)
+            number = as_number(text)
+            spread = number if isinstance(number, float) else to_si(text, what.unit)
         except ValueError as error:
             raise SceneError(f"{said} has a standard deviation that {error}") from None
         if what.unit == "K" and any(mark in text for mark in ("deg", "°")):
@@ -118,10 +124,6 @@ def _width(said: str, text: str, centre: float, what: Parameter) -> float:
     if not 0.0 < spread < math.inf:
         raise SceneError(f"{said} has the standard deviation {spread:g}; allowed: more than 0")
     return spread
-
-
-def _is_number(text: str) -> bool:
-    return isinstance(as_number(text), float)
 
 
 def _cut(found: Distribution) -> Distribution:

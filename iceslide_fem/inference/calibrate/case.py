@@ -5,40 +5,22 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
-from pydantic import BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
 
-from iceslide_fem.inference.calibrate.measured import KEYS, Measured, read_measured
+from iceslide_fem.inference.calibrate.measured import Measured, read_measured
 from iceslide_fem.inference.calibrate.problem import Fitted, fitted
-from iceslide_fem.inference.parameters import checked
+from iceslide_fem.inference.parameters import changed_scene, checked, pairs
+from iceslide_fem.runs.many_points import KEYS
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.scene import Scene, load_scene
+from iceslide_fem.scene import Scene
 from iceslide_fem.scene.command_options import CommandOptions, Number, option
 from iceslide_fem.scene.units import Quantity
 
 MOST = 6  # parameters
 LENGTH = Quantity("m", "1 um", "10 m")
 NOISE = Quantity("", "0.01 %", "100 %")
-
-
-def pairs(name: str, form: str) -> BeforeValidator:
-    """Reads "key=text" of a repeated option `name` of a `form`; anything else unchanged."""
-
-    def read(value: Any) -> Any:
-        if not isinstance(value, list | tuple):
-            return value
-        found: dict[str, str] = {}
-        for text in value:
-            key, equals, rest = text.partition("=")
-            if not equals or not rest.strip():
-                raise ValueError(f'{name} "{text}" is not of the form {form}')
-            if key.strip() in found:
-                raise ValueError(f"{name} has {key.strip()} twice; give it once")
-            found[key.strip()] = rest.strip()
-        return found
-
-    return BeforeValidator(read)
 
 
 def named(key: str) -> str:
@@ -96,8 +78,7 @@ class CalibrateCase(CommandOptions):
     @cached_property
     def point(self) -> Scene:
         """The scene at the point level. Raises SceneError."""
-        changes = [f"{key}={text}" for key, text in self.change.items()]
-        scene = load_scene(self.scene, [*changes, "model=point"])
+        scene = changed_scene(self.scene, self.change, "model=point")
         if scene.friction.law != "film":
             raise SceneError("calibrate fits the film law; this scene has another friction.law")
         return scene

@@ -26,16 +26,15 @@ def charts(case: CalibrateCase, found: Calibration) -> Mapping[str, Sequence[Cha
 
 def _measured(found: Calibration) -> list[Chart]:
     """mu over each varied load, measured and computed."""
-    problem, fit, _ = found
-    row, ln_mu = problem.row_of_value, problem.ln_measured
-    computed = np.exp(ln_mu + fit.best.residuals * problem.scale)
+    problem = found.problem
+    row, measured, computed = problem.row_of_value, problem.mu_measured, found.mu_computed
     if (series := problem.measured.series) is not None:
         there = np.isfinite(series.mu)
         curves = []
         for number in range(problem.measured.number):
             own, time = row == number, 1e3 * series.times[there[number]]
             curves += [
-                Curve(f"row {number + 1}, measured", time, np.exp(ln_mu[own]), number, True),
+                Curve(f"row {number + 1}, measured", time, measured[own], number, True),
                 Curve(f"row {number + 1}, computed", time, computed[own], number),
             ]
         said = "Measured friction and that of the fitted parameters."
@@ -45,7 +44,7 @@ def _measured(found: Calibration) -> list[Chart]:
         label, factor, zero, scale = LOADS[name]
         x = factor * (loads[name][row] - zero)
         curves = [
-            Curve("measured", x, np.exp(ln_mu), 0, True),
+            Curve("measured", x, measured, 0, True),
             Curve("computed", x, computed, 1, True),
         ]
         said = "Measured friction and that of the fitted parameters, row by row."

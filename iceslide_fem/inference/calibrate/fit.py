@@ -196,7 +196,7 @@ def leave_one_out(problem: Problem, best: Solution) -> Array:
 def undetermined(found: Fit) -> list[tuple[Index, Array, float]]:
     """Directions of z that the data leave open: their parameters, exponents, and standard error.
 
-    Open is a direction whose standard error of ln p is above `OPEN`, several times that of another.
+    Open is a direction whose standard error of ln p is above `OPEN`.
     """
     errors = np.sqrt(found.variance) / np.maximum(found.singular, 1e-300)
     result = []

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem.runs.many_points import Rows
+from iceslide_fem.runs.many_points import KEYS, Rows
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.tables.cells import TextTable
@@ -16,8 +16,6 @@ from iceslide_fem.runtime.tables.layout import read_table
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.variation import number_at, parameter
 
-KEYS = {"speed": "load.speed", "pressure": "load.pressure", "temperature": "ice.temperature",
-        "duration": "load.duration"}  # fmt: skip
 LOADS = (
     Wanted("speed", "m/s", ("v", "velocity", "sliding speed", "speed_m_s")),
     Wanted("pressure", "Pa", ("p", "nominal pressure", "contact pressure")),
@@ -79,7 +77,7 @@ def read_measured(
         mu = np.nanmean(series.mu, axis=1)
     else:
         series, mu = None, _friction(table, found, scene)
-    loads = {name: found[name] for name in KEYS if name in found}
+    loads = {each.name: found[each.name] for each in LOADS if each.name in found}
     for name, values in loads.items():
         limits = parameter(KEYS[name])
         check_range(table, name, values, limits.low, limits.high)

@@ -32,6 +32,16 @@ class Calibration(NamedTuple):
     fit: Fit
     left_out: Array
 
+    @property
+    def mu_computed(self) -> Array:
+        """mu of the fit, (values,)."""
+        return self.problem.mu(self.fit.best.residuals)
+
+    @property
+    def mu_left_out(self) -> Array:
+        """The same of fits without the row, (values,)."""
+        return self.problem.mu(self.left_out)
+
 
 def figures(case: CalibrateCase, found: Calibration) -> dict[str, Any]:
     """The content of calibration.json."""
@@ -166,14 +176,14 @@ def write(case: CalibrateCase, found: Calibration, out: Path) -> None:
     for name in KEYS:
         shift = ZERO_CELSIUS if name == "temperature" else 0.0
         columns[names[name]] = loads[name][row] - shift
-    measured, scale = problem.ln_measured, problem.scale
+    measured, scale = problem.mu_measured, problem.scale
     columns |= {
-        "mu_measured": np.exp(measured),
-        "mu_computed": np.exp(measured + fit.best.residuals * scale),
-        "mu_left_out": np.exp(measured + left_out * scale),
+        "mu_measured": measured,
+        "mu_computed": found.mu_computed,
+        "mu_left_out": found.mu_left_out,
         "residual_ln": fit.best.residuals * scale,
         "residual_ln_left_out": left_out * scale,
-        "sigma_mu": problem.measured.sigma[row] * np.exp(measured),
+        "sigma_mu": problem.measured.sigma[row] * measured,
     }
     if (series := problem.measured.series) is not None:
         columns["time_s"] = series.times[np.nonzero(np.isfinite(series.mu))[1]]

@@ -101,6 +101,15 @@ class Problem:
         self._last = z.tobytes(), r, slope
         return r, slope
 
+    @property
+    def mu_measured(self) -> Array:
+        """Every measured value, (values,)."""
+        return np.exp(self.ln_measured)
+
+    def mu(self, residuals: Array) -> Array:
+        """Computed mu with these `residuals`, (values,)."""
+        return np.asarray(np.exp(self.ln_measured + residuals * self.scale))
+
     def values(self, z: Array) -> dict[str, float]:
         """Values (SI) by key."""
         return {one.key: float(v) for one, v in zip(self.parameters, np.exp(z), strict=True)}

@@ -8,14 +8,13 @@ from typing import Annotated, Literal
 
 from pydantic import ConfigDict, Field
 
-from iceslide_fem.inference.calibrate.case import pairs
-from iceslide_fem.inference.parameters import checked
+from iceslide_fem.inference.parameters import changed_scene, checked, pairs
 from iceslide_fem.inference.uncertainty.sampling import Inputs, read_calibration
 from iceslide_fem.inference.uncertainty.tyres import KINDS, Tyre, tyre
 from iceslide_fem.runs.many_points import OUTPUTS
 from iceslide_fem.runs.model_levels import resolved
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.scene import Scene, load_scene
+from iceslide_fem.scene import Scene
 from iceslide_fem.scene.command_options import CommandOptions, Number, option
 from iceslide_fem.scene.distribution import read_distribution
 from iceslide_fem.scene.variation import number_at
@@ -89,10 +88,8 @@ class UncertaintyCase(CommandOptions):
     @cached_property
     def scene(self) -> Scene:
         """The scene on its model level, for a tyre that of a point. Raises SceneError."""
-        changes = [f"{key}={text}" for key, text in self.change.items()]
-        return resolved(
-            load_scene(self.source, [*changes, *(["model=point"] if self.kind else [])])
-        )
+        point = ["model=point"] if self.kind else []
+        return resolved(changed_scene(self.source, self.change, *point))
 
     @cached_property
     def tyre(self) -> Tyre | None:
