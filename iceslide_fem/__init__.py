@@ -3,10 +3,10 @@
 For scripts and notebooks, with results as labelled arrays that have units: scenes (`load_scene`),
 runs (`run`, `read_run`), sweeps (`sweep`, `read_sweep`), the point level (`Conditions`,
 `simulate_points`), parameters from data (`calibrate`) and what doubt in inputs means
-(`uncertainty`), footprints, surfaces and wheels (`footprint`, `roughness`, `wheel`), user friction
-laws (`Law` with `Contact`, `Surface`, `Response`), data of materials (`COMPOUNDS`,
-`CONTACT_TABLES`, `ICE`), closed forms and formulas (`reference`). Each name is loaded when it is
-asked for.
+(`uncertainty`), which candidate is better (`compare`), footprints, surfaces and wheels
+(`footprint`, `roughness`, `wheel`), user friction laws (`Law` with `Contact`, `Surface`,
+`Response`), data of materials (`COMPOUNDS`, `CONTACT_TABLES`, `ICE`), closed forms and formulas
+(`reference`). Each name is loaded when it is asked for.
 """
 
 import importlib
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from iceslide_fem import reference
-    from iceslide_fem.api.inference import calibrate, uncertainty
+    from iceslide_fem.api.inference import calibrate, compare, uncertainty
     from iceslide_fem.api.points import Conditions, simulate_points
     from iceslide_fem.api.preprocessors import footprint, roughness, wheel
     from iceslide_fem.api.runs import load_scene, read_run, run
@@ -36,6 +36,7 @@ __all__ = [
     "Response",
     "Surface",
     "calibrate",
+    "compare",
     "footprint",
     "load_scene",
     "point",
@@ -51,7 +52,7 @@ __all__ = [
 ]
 
 _MODULES = {
-    "api.inference": ("calibrate", "uncertainty"),
+    "api.inference": ("calibrate", "compare", "uncertainty"),
     "api.points": ("Conditions", "simulate_points"),
     "api.preprocessors": ("footprint", "roughness", "wheel"),
     "api.runs": ("load_scene", "read_run", "run"),

@@ -1,5 +1,6 @@
 """The command line: `iceslide run`, `sweep`, `ladder`, `info`, `view`, `report`, `footprint`,
-`wheel`, `roughness`, `rubber`, `calibrate`, `uncertainty`, `cases`, `doctor`, `app`.
+`wheel`, `roughness`, `rubber`, `calibrate`, `compare`, `uncertainty`, `export`,
+`serve`, `cases`, `doctor`, `app`.
 
 Commands are in `commands`, and so is what they end with (`outcome`). This module combines them.
 """
@@ -18,12 +19,14 @@ from iceslide_fem import __version__
 from iceslide_fem.app.command import app as page
 from iceslide_fem.commands.cases import cases
 from iceslide_fem.commands.doctor import doctor
+from iceslide_fem.commands.export import fmu, tir
 from iceslide_fem.commands.info import info
 from iceslide_fem.commands.ladder import ladder
 from iceslide_fem.commands.outcome import exit_code
 from iceslide_fem.commands.preprocessors import COMMANDS, placeholder, whole
 from iceslide_fem.commands.report import report
 from iceslide_fem.commands.run import run
+from iceslide_fem.commands.serve import serve
 from iceslide_fem.commands.sweep import sweep
 from iceslide_fem.commands.view import view
 from iceslide_fem.runtime.errors import OutputError, SceneError
@@ -83,6 +86,11 @@ app.command()(view)
 app.command()(on_one_process(report))
 for name in COMMANDS:
     app.command(name)(placeholder(name))
+exports = typer.Typer(**OPTIONS, no_args_is_help=True, help="A wheel for vehicle programs.")
+exports.command()(on_one_process(tir))
+exports.command()(on_one_process(fmu))
+app.add_typer(exports, name="export")
+app.command()(on_one_process(serve))
 app.command()(on_one_process(cases))
 app.command()(on_one_process(doctor))
 app.command("app")(on_one_process(page))

@@ -6,7 +6,7 @@ import pytest
 
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.ride import Ride
-from iceslide_fem.preprocess.wheel.braking import brake, brake_ideally, compare_controls
+from iceslide_fem.preprocess.wheel.braking import brake, brake_ideally, compare_controls, starts
 from iceslide_fem.preprocess.wheel.brush import Rolling
 from iceslide_fem.preprocess.wheel.charts import charts_of_stops
 from iceslide_fem.preprocess.wheel.film_contact import FilmContact
@@ -14,6 +14,7 @@ from iceslide_fem.preprocess.wheel.friction import Tread, friction
 from iceslide_fem.preprocess.wheel.output import stop_columns, stop_figures
 from iceslide_fem.preprocess.wheel.quarter_car import GRAVITY, Brake, QuarterCar, Threshold
 from iceslide_fem.preprocess.wheel.slip_table import SlipTable, axes_of_a_stop, slip_table
+from iceslide_fem.preprocess.wheel.stops import Stops, thinned
 from iceslide_fem.runtime.errors import SceneError, SimulationStopped
 from iceslide_fem.scene.materials import CONTACT_TABLES
 
@@ -179,7 +180,7 @@ def test_a_stop_says_what_it_is():
 def test_what_is_written_and_drawn_is_the_stop():
     stops = compare_controls(PEAKED, 15.0, 1.5)
     table = pd.DataFrame(stop_columns(stops))
-    for name, figures in stop_figures(stops).items():
+    for name, figures in stop_figures(Stops(stops, [stops["threshold"]], (12.0, 1.5))).items():
         last = table[table["control"] == name].iloc[-1]
         assert last["distance_m"] == figures["distance_m"]
         assert last["time_s"] == figures["time_s"]
@@ -189,4 +190,45 @@ def test_what_is_written_and_drawn_is_the_stop():
     ends = [curve.y[-1] for curve in distance.curves]
     assert ends == [stop.distance for stop in stops.values()]
     speeds, slips = axes_of_a_stop(15.0, 1.5)
-    assert (speeds[0], speeds[-1], slips[0], slips[-1]) == (1.5, 15.0, 0.0, 1.0)
+    assert (speeds[0], slips[0], slips[-1]) == (1.5, 0.0, 1.0) and speeds[-1] > 15.0
+    assert slips[1] < 0.005 and np.allclose(np.diff(np.log(slips[1:]), 2), 0.0, atol=1e-12)
+
+
+def test_a_deceleration_is_measured_between_two_speeds():
+    stop = brake_ideally(CONSTANT, 15.0, 1.5, CAR)
+    assert np.isclose(stop.between(12.0, 3.0), 0.1 * GRAVITY, rtol=1e-6)
+    late = brake(CONSTANT, 15.0, 1.5, CAR, Brake(1500.0, 2.0))
+    assert late.deceleration < 0.99 * late.between(12.0, 3.0)  # the torque rises before
+    assert np.isclose(late.between(12.0, 3.0), 0.1 * GRAVITY, rtol=1e-3)
+
+
+def test_starts_are_phases_of_one_cycle_of_the_control():
+    table = table_of([0.0, 0.1, 0.2, 1.0], [0.0, 0.2, 0.2, 0.08], np.array([1.0, 20.0]))
+    first = compare_controls(table, 15.0, 1.5)["threshold"]
+    tops = np.flatnonzero(np.diff(np.sign(np.diff(first.history.torque))) < 0)
+    assert 0.0 < first.cycle < 15.0 / (tops.size - 1)
+    speeds = starts(first, 4, 20.0)
+    assert np.allclose(speeds, 15.0 + first.cycle * np.arange(4) / 4)
+    assert starts(first, 4, 15.1).max() < 15.1
+    locked = compare_controls(table, 15.0, 1.5)["locked"]
+    assert locked.cycle == 0.0 and (starts(locked, 4, 20.0) == 15.0).all()
+
+
+def test_means_over_phases_differ_less_than_stops():
+    brakes, control = Brake(), Threshold()
+    table = table_of([0.0, 0.1, 0.2, 1.0], [0.0, 0.2, 0.2, 0.08], np.array([1.0, 20.0]))
+
+    def decelerations(speed):
+        first = brake(table, speed, 1.5, CAR, brakes, control)
+        more = [brake(table, v, 1.5, CAR, brakes, control) for v in starts(first, 8, 20.0)[1:]]
+        stops = Stops({"threshold": first}, [first, *more], (7.0, 3.0))
+        return stops.decelerations("threshold")
+
+    found = np.array([decelerations(speed) for speed in (9.0, 9.2, 9.4)])
+    assert np.ptp(found.mean(axis=1)) < 0.3 * np.ptp(found)
+
+
+def test_a_coarser_axis_has_the_ends_of_the_finer_one():
+    axis = np.linspace(0.0, 1.0, 8)
+    assert np.array_equal(thinned(axis, 1), axis)
+    assert np.array_equal(thinned(axis, 3), axis[[0, 3, 6, 7]])

@@ -283,6 +283,21 @@ def test_runs_are_compared_as_long_as_both_slid(pages, tmp_path):
     assert verdict(stopped, run, 0.0) == "stopped before its end"
 
 
+def test_fields_of_runs_are_side_by_side_on_one_scale(tmp_path):
+    folders = [tmp_path / name for name in ("a", "b")]
+    for folder in folders:
+        folder.mkdir()
+        write_run(folder, "slice")
+        write_fields(folder, "quadrilateral", True)
+    drawn = numbers_in(report(folders, tmp_path / "both.html"))["fields"]["drawings"]
+    assert [one["kind"] for one in drawn[:4]] == ["cells", "cells", "lines", "lines"]
+    assert [one["title"][:3] for one in drawn[:2]] == ["a: ", "b: "]
+    for one, other in zip(drawn[::2], drawn[1::2], strict=True):
+        assert all(one.get(key) == other.get(key) for key in ("range", "xrange", "yrange"))
+    text = (tmp_path / "both.html").read_text("utf-8")
+    assert "Difference, and percent" in text and "+0.0000 (+0.00%)" in text
+
+
 def test_a_contact_larger_than_the_nominal_area_is_no_fraction_of_itself():
     columns = ("contact_fraction", "melted_fraction", "saturated_fraction")
     history = dict.fromkeys((*BALANCE, *columns, "time_s", "step_s"), np.zeros(2))

@@ -187,10 +187,15 @@ class Commands(Generated):
     """Every command with its options, by typer's own documentation of itself."""
 
     def lines(self) -> list[str]:
-        names = typer.main.get_command(app).commands
+        commands = typer.main.get_command(app).commands
+        names = [
+            f"{name} {part}" if part else name
+            for name, command in commands.items()
+            for part in getattr(command, "commands", {"": None})
+        ]
         found: list[str] = []
         for name in names:
-            help_of = [sys.executable, "-m", "iceslide_fem.cli", name, "--help"]
+            help_of = [sys.executable, "-m", "iceslide_fem.cli", *name.split(), "--help"]
             shown = subprocess.run(help_of, capture_output=True, text=True, check=True, env=PLAIN)
             found += [
                 f"**`iceslide {name}`**",

@@ -1,8 +1,8 @@
-"""From measured friction to parameters, and from uncertain inputs to that of mu, for scripts."""
+"""From measured friction to parameters, what doubt in inputs means, comparisons; for scripts."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ import xarray as xr
 from iceslide_fem.api.preprocessors import attributes_of_done
 from iceslide_fem.inference.calibrate.command import CALIBRATE
 from iceslide_fem.inference.calibrate.output import Calibration
+from iceslide_fem.inference.compare.command import COMPARE
 from iceslide_fem.inference.uncertainty.command import UNCERTAINTY
 from iceslide_fem.inference.uncertainty.propagate import Spread
 from iceslide_fem.preprocess.work import run
@@ -122,3 +123,68 @@ def uncertainty(
     first, total = zip(*found.indices.values(), strict=True)
     data |= {"first_order": ("input", list(first)), "total": ("input", list(total))}
     return xr.Dataset(data, {"input": list(found.indices)}, attributes_of_done("uncertainty", done))
+
+
+def compare(
+    reference: Path | str,
+    *others: Path | str,
+    input: Mapping[str, str] | None = None,
+    out: Path | str | None = None,
+    force: bool = False,
+    **options: Any,
+) -> xr.Dataset:
+    """Which of some compounds, patterns or tyres is better, by how much, as `iceslide compare`.
+
+    `reference` and `others` are files of scenes, of wheels or of variations; `input` has spreads by
+    keys, as for `uncertainty`. Options have the command's names (`temperature`, `water`, `stop`,
+    `measure`, `output`, `own`); several values are a list or a text with commas. Writes to `out`
+    what the command writes, by default to `results/<name of the reference>_comparison`.
+
+    `value`, `ratio`, and their half widths `..._numerical` and `..._inputs` (NaN where inputs are
+    exact) are over `condition` and `candidate`, `verdict` too; `temperature_C` and `water_m` over
+    `condition`. Attributes: the figures of `compare.json` by dotted names.
+
+    Raises `SceneError` with one sentence, before anything is computed, where the input is wrong,
+    `SimulationStopped` where nothing could be compared.
+
+    ```python
+    import iceslide_fem
+
+    found = iceslide_fem.compare("REF.toml", "A.toml", temperature=["-8 degC", "-4 degC"])
+    found["ratio"].sel(candidate="A").plot()
+    ```
+    """
+    texts = {
+        key: ",".join(map(str, value)) if isinstance(value, Sequence) and not isinstance(value, str)
+        else value
+        for key, value in options.items()
+    }  # fmt: skip
+    given = {"source": Path(reference), "others": tuple(map(Path, others)), **texts}
+    done = run(
+        COMPARE, {**given, "input": dict(input or {})}, None if out is None else Path(out), force
+    )
+    places = done.figures["conditions"]
+    names = list(places[0]["candidates"])
+    keys = [key for key in places[0]["candidates"][names[0]] if key != "verdict"]
+    table = {
+        key: [
+            [
+                np.nan if (value := place["candidates"][name][key]) is None else value
+                for name in names
+            ]
+            for place in places
+        ]
+        for key in keys
+    }
+    verdicts = [[str(place["candidates"][name]["verdict"]) for name in names] for place in places]
+    over = "condition", "candidate"
+    data: dict[str, Any] = {key: (over, values) for key, values in table.items()}
+    of_places = {
+        key: ("condition", [np.nan if place[key] is None else place[key] for place in places])
+        for key in ("temperature_C", "water_m")
+    }
+    return xr.Dataset(
+        data | {"verdict": (over, verdicts)},
+        {"condition": [place["name"] for place in places], "candidate": names, **of_places},
+        attributes_of_done("compare", done),
+    )

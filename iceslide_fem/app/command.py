@@ -23,7 +23,7 @@ from iceslide_fem.runtime.options import folder_option
 
 HOME = "127.0.0.1"
 EXTRA = (
-    "iceslide app needs starlette and uvicorn, and {} is not installed: "
+    "iceslide {} needs starlette and uvicorn, and {} is not installed: "
     "scripts/setup --app, or pip install 'iceslide_fem[app]'"
 )
 WARNING = (
@@ -73,7 +73,7 @@ def app(
         name = str(error.name).partition(".")[0]
         if name not in ("starlette", "uvicorn"):
             raise
-        raise SceneError(EXTRA.format(name)) from None
+        raise SceneError(EXTRA.format("app", name)) from None
     check_writable(folder)
     link = scene.partition("#")[2] if scene and "://" in scene else ""
     data = read_scene(scene) if scene and "://" not in scene else {}
@@ -83,7 +83,7 @@ def app(
     runs = Runs(folder)
     served = application(token, Answers(runs, texts_of(data), link), runs, _names(host))
     config = uvicorn.Config(served, log_level="warning", timeout_graceful_shutdown=1, ws="none")
-    with _listen(host, port) as listening, termination_as_interrupt():
+    with listen(host, port) as listening, termination_as_interrupt():
         try:
             if host != HOME:
                 print(WARNING.format(host), file=sys.stderr)
@@ -96,7 +96,7 @@ def app(
             pass
 
 
-def _listen(host: str, port: int) -> socket.socket:
+def listen(host: str, port: int) -> socket.socket:
     """A listening socket. Raises SceneError."""
     try:
         family, kind, protocol, _, where = socket.getaddrinfo(

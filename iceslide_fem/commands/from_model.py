@@ -64,7 +64,9 @@ def _parameter(key: str, field: FieldInfo, group: str) -> inspect.Parameter:
         words += f" [dim]\\[default: {shown}][/dim]"
     look: Any = {"metavar": metavar, "help": words, "show_default": False}
     if not label.startswith("--"):
-        kind: Any = Path if field.is_required() else Path | None
+        several = get_origin(field.annotation) is tuple
+        one: Any = list[Path] if several else Path
+        kind: Any = one if field.is_required() else one | None
         start = inspect.Parameter.empty if field.is_required() else None
         return _keyword(key, Annotated[kind, typer.Argument(**look)], start)
     kind = list[str] | None if field.default == {} else str | None

@@ -39,6 +39,10 @@ COMMANDS = {
         "iceslide_fem.inference.calibrate.command",
         "Parameters of a scene from measured friction, with intervals, and what is not determined.",
     ),
+    "compare": Entry(
+        "iceslide_fem.inference.compare.command",
+        "Which compound, pattern or tyre is better, by how much, and how sure: ratios to one.",
+    ),
     "uncertainty": Entry(
         "iceslide_fem.inference.uncertainty.command",
         "What uncertain inputs mean for mu: its spread, and which input it comes from.",

@@ -41,6 +41,7 @@ RESULTS = [
     *"spectrum.png rubber.toml rubber.csv rubber.json shift_factors.csv master_curve.png".split(),
     *"shift_factors.png relaxation.png stress.png".split(),
     *"uncertainty.json samples.csv runs.csv distribution.png inputs.png control.png".split(),
+    *"compare.json compare.csv compare.png".split(),
     *"calibration.json residuals.csv snippet.toml measured.png profiles.png residuals.png".split(),
 ]
 FOLDERS = ("fields", "cases", "point_*", "slice_*", "block_*")

@@ -171,6 +171,31 @@ class CommandOptions(BaseModel):
         except ValidationError as error:
             raise SceneError(first_sentence(error, list(names.values()))) from None
 
+    @classmethod
+    def of_command(cls, text: str) -> Self:
+        """The options of a command as `as_command` writes it. Raises SceneError."""
+        return cls.of(cls.from_words(shlex.split(text.replace("\\\n", " "))[2:]))
+
+    @classmethod
+    def from_words(cls, words: Sequence[str]) -> dict[str, Any]:
+        """Values by the names of fields from words as a command line has them."""
+        labels = {str(field.alias): key for key, field in cls.model_fields.items()}
+        files = [key for label, key in labels.items() if not label.startswith("--")]
+        found: dict[str, Any] = {}
+        rest = iter(words)
+        for word in rest:
+            key = labels.get(word, word.removeprefix("--").replace("-", "_"))
+            field = cls.model_fields.get(key)
+            if not word.startswith("--"):
+                found[files[0] if files else word] = word
+            elif field is not None and field.annotation is bool:
+                found[key] = True
+            elif field is not None and field.default == {}:
+                found.setdefault(key, []).append(next(rest, ""))
+            else:
+                found[key] = next(rest, "")
+        return found
+
     def as_scene(self, more: Mapping[str, Any], words: Mapping[str, str]) -> Scene:
         """The scene of the options that are keys of one, and of `more` values by dotted keys.
 
@@ -207,7 +232,8 @@ class CommandOptions(BaseModel):
                 continue
             label = str(field.alias)
             if not label.startswith("--"):
-                first += f" {shlex.quote(str(value))}"
+                paths = value if isinstance(value, tuple) else (value,)
+                first += "".join(f" {shlex.quote(str(path))}" for path in paths)
             elif value is True:
                 words.append(label)
             else:

@@ -43,9 +43,9 @@ KINDS = {
         {
             "mu_peak": ("curves", 0, "peak_mu"),
             "mu_locked": ("curves", 0, "locked_mu"),
-            "deceleration_locked": ("stops", "locked", "deceleration_m_s2"),
-            "deceleration_threshold": ("stops", "threshold", "deceleration_m_s2"),
-            "deceleration_ideal": ("stops", "ideal", "deceleration_m_s2"),
+            "deceleration_locked": ("stops", "locked", "measured_deceleration_m_s2"),
+            "deceleration_threshold": ("stops", "threshold", "measured_deceleration_m_s2"),
+            "deceleration_ideal": ("stops", "ideal", "measured_deceleration_m_s2"),
         },
     ),
     "footprint": Kind(FOOTPRINT, {"mu_mean": ("film", "mu_mean")}),
@@ -112,12 +112,7 @@ def _options(kind: str, text: str) -> dict[str, Any]:
         words = shlex.split(text)
     except ValueError as error:
         raise SceneError(f'--{kind} "{text}" cannot be read: {error}') from None
-    found: dict[str, Any] = {}
-    for place, word in enumerate(words):
-        if not word.startswith("--"):
-            continue
-        name, after = word[2:].replace("-", "_"), words[place + 1 : place + 2]
-        found[name] = after[0] if after and not after[0].startswith("--") else True
+    found = KINDS[kind].command.case.from_words(words)
     for name in ("scene", "vary", *OF_SCENE):
         if name in found:
             raise SceneError(f"--{kind} takes no --{name}: the scene says it, and is varied here")

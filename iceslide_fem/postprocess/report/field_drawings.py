@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -228,22 +229,18 @@ def _wider(ends: list[float]) -> list[float | None]:
 
 MOMENTS = 13  # at most
 MS = 1e3
+UNREADABLE = (SceneError, LookupError, OSError, TypeError, ValueError)
 
 
 def fields_of(run: Run) -> list[Text | Fields]:
     """Rubber, interface and ice at some of the written times, if any."""
     try:
-        files = {name: field_parts(run.directory, name) for name in ("rubber", "interface", "ice")}
-        if not files["interface"] or not files["rubber"]:
+        times = _times(run)
+        if not times.size:
             return []
-        times = np.array([time for time, _ in files["interface"][: len(files["rubber"])]])
         chosen = _moments(times, float(run.summary["mu_peak_time_s"]))
-        grids = {
-            name: [read_grid(parts[number][1]) for number in chosen if number < len(parts)]
-            for name, parts in files.items()
-        }
-        drawings = drawings_of(run, grids["rubber"], grids["interface"], grids["ice"])
-    except (SceneError, LookupError, OSError, TypeError, ValueError) as error:
+        drawings = _drawings_at(run, chosen)
+    except UNREADABLE as error:
         return [Text(f"The fields are there but could not be read ({error}).", "warning")]
     if not drawings:
         return [Text(f"More than {CELLS} cells are not drawn here: iceslide view does that.")]
@@ -257,6 +254,67 @@ def fields_of(run: Run) -> list[Text | Fields]:
         f"{100.0 - ROBUST:g} % of the values of all moments lie beyond."
     )
     return [about, Fields([MS * times[number] for number in chosen], said, drawings)]
+
+
+def fields_beside(runs: Mapping[str, Run]) -> list[Text | Fields]:
+    """Fields of several runs side by side, each kind with one scale, at the first one's times.
+
+    Each run is drawn at its written moment nearest to that time. Nothing if one has no fields.
+    """
+    try:
+        written = {name: _times(run) for name, run in runs.items()}
+        if not all(times.size for times in written.values()):
+            return []
+        first, run = next(iter(runs.items()))
+        times = written[first]
+        times = times[_moments(times, float(run.summary["mu_peak_time_s"]))]
+        near = {
+            name: [int(np.abs(own - time).argmin()) for time in times]
+            for name, own in written.items()
+        }
+        of_each = {name: _drawings_at(run, near[name]) for name, run in runs.items()}
+    except UNREADABLE as error:
+        return [Text(f"The fields are there but could not be read ({error}).", "warning")]
+    groups: dict[str, list[Drawing]] = {}
+    for number, (name, drawings) in enumerate(of_each.items()):
+        for drawing in drawings:
+            own = {"name": f"{drawing['name']}-{number}", "title": f"{name}: {drawing['title']}"}
+            groups.setdefault(drawing["name"], []).append(drawing | own)
+    beside = [one for group in groups.values() if len(group) > 1 for one in _on_one_scale(group)]
+    if not beside:
+        return [Text("Their fields have too many cells, or are of different kinds.")]
+    said = [
+        f"t = {MS * time:.3g} ms: mu = "
+        + ", ".join(f"{run.at('mu', time):.4g} ({name})" for name, run in runs.items())
+        for time in times
+    ]
+    about = Text("Each run at its written moment nearest to the time; equal colours, equal values.")
+    return [about, Fields((MS * times).tolist(), said, beside)]
+
+
+def _on_one_scale(drawings: list[Drawing]) -> list[Drawing]:
+    """Drawings of one kind with the widest ends of all of them."""
+    ends = {}
+    for key in ("range", "xrange", "yrange"):
+        if all(drawing.get(key) for drawing in drawings):
+            lows, highs = zip(*(drawing[key] for drawing in drawings), strict=True)
+            ends[key] = [min(lows), max(highs)]
+    return [drawing | ends for drawing in drawings]
+
+
+def _times(run: Run) -> Array:
+    """Times (s) at which a run wrote its fields, none if it wrote none."""
+    interface, rubber = (field_parts(run.directory, name) for name in ("interface", "rubber"))
+    return np.array([time for time, _ in interface[: len(rubber)]])
+
+
+def _drawings_at(run: Run, chosen: list[int]) -> list[Drawing]:
+    files = {name: field_parts(run.directory, name) for name in ("rubber", "interface", "ice")}
+    grids = {
+        name: [read_grid(parts[number][1]) for number in chosen if number < len(parts)]
+        for name, parts in files.items()
+    }
+    return drawings_of(run, grids["rubber"], grids["interface"], grids["ice"])
 
 
 def _moments(times: Array, peak: float) -> list[int]:

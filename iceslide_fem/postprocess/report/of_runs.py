@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from iceslide_fem.postprocess.report.curves import charts_of_runs
-from iceslide_fem.postprocess.report.of_run import of_error, results_of, verdict_of
+from iceslide_fem.postprocess.report.field_drawings import fields_beside
+from iceslide_fem.postprocess.report.of_run import RESULTS, of_error, results_of, verdict_of
 from iceslide_fem.postprocess.report.page import (
     Cell,
     Chart,
@@ -31,6 +32,8 @@ from iceslide_fem.postprocess.results.run_directory import largest_and_rms
 from iceslide_fem.runs.model_levels import ModelLevel, fineness
 from iceslide_fem.runtime.errors import SceneError
 
+COMPARED = {key: RESULTS[key][0] for key in ("mu_mean", "mu_peak", "mu_end")}
+
 
 def _verdicts(runs: Mapping[str, Run]) -> list[Text]:
     """What each result is worth."""
@@ -42,6 +45,8 @@ def page_of_runs(folders: list[Path]) -> Page:
     runs = {name: read_run(folder) for name, folder in zip(_names(folders), folders, strict=True)}
     first = next(iter(runs))
     others = {name: run for name, run in runs.items() if name != first}
+    fields = fields_beside(runs)
+    beside = [Section("fields", "Fields side by side", fields)] if fields else []
     changed = all_keys({name: run.scene for name, run in runs.items()}, only_different=True)
     same = Text("All of them are of the same scene.")
     stopped = [
@@ -64,8 +69,13 @@ def page_of_runs(folders: list[Path]) -> Page:
                     of_error(),
                 ],
             ),
-            Section("differences", f"mu(t) against {first}", [_distances(others, runs[first])]),
+            Section(
+                "differences",
+                f"Against {first}",
+                [_differences(others, runs[first]), _distances(others, runs[first])],
+            ),
             Section("curves", "Curves", charts_of_runs(runs)),
+            *beside,
             _warnings(runs),
             Section(
                 "again",
@@ -97,6 +107,21 @@ def _names(folders: list[Path]) -> list[str]:
         if len(set(names)) == len(names):
             return names
     raise SceneError("the same folder is given twice; give several runs, or one")
+
+
+def _differences(others: dict[str, Run], first: Run) -> Table:
+    """Friction of the others less that of the first, and in percent of it."""
+    rows = []
+    for name, run in others.items():
+        cells = [Cell(name)]
+        for key in COMPARED:
+            value, other = run.summary.get(key), first.summary.get(key)
+            text = "–"
+            if value is not None and other:
+                text = f"{value - other:+.4f} ({value / other - 1.0:+.2%})"
+            cells.append(Cell(text, key, value))
+        rows.append(cells)
+    return Table("Difference, and percent", ["", *COMPARED.values()], rows)
 
 
 def _distances(others: dict[str, Run], first: Run) -> Table:

@@ -60,6 +60,21 @@ class Stop:
         first, last = self.history.speed[[0, -1]]
         return float((first**2 - last**2) / (2.0 * self.distance))
 
+    def between(self, first: float, last: float) -> float:
+        """Mean deceleration from one speed to another (m/s), (v1^2 - v2^2) / (2 x), m/s2."""
+        squares = self.history.speed**2
+        way = np.interp([last**2, first**2], squares[::-1], self.history.distance[::-1])
+        return float((first**2 - last**2) / (2.0 * (way[0] - way[1])))
+
+    @property
+    def cycle(self) -> float:
+        """Speed (m/s) lost in a cycle of the control: the middle of all whole ones, 0 without."""
+        torque = self.history.torque
+        rises = np.diff(torque) > 0.0
+        tops = np.flatnonzero(rises[:-1] & ~rises[1:]) + 1
+        lost = -np.diff(self.history.speed[tops])
+        return float(np.median(lost)) if lost.size else 0.0
+
     def __str__(self) -> str:
         """One line with speeds, distance, time and deceleration."""
         first, last = KMH * self.history.speed[[0, -1]]
@@ -176,17 +191,28 @@ def compare_controls(
     car: QuarterCar | None = None,
     brakes: Brake | None = None,
     threshold: Threshold | None = None,
+    tolerance: float = 1e-7,
 ) -> dict[str, Stop]:
     """The same stop with "locked" wheel (constant torque), "threshold" control, and "ideal".
 
-    A too weak brake does not lock the wheel. Raises as `brake`.
+    A too weak brake does not lock the wheel. Tolerance and what is raised are as of `brake`.
     """
     car, brakes, threshold = car or QuarterCar(), brakes or Brake(), threshold or Threshold()
     return {
-        "locked": brake(table, speed, end_speed, car, brakes),
-        "threshold": brake(table, speed, end_speed, car, brakes, threshold),
-        "ideal": brake_ideally(table, speed, end_speed, car),
+        "locked": brake(table, speed, end_speed, car, brakes, tolerance=tolerance),
+        "threshold": brake(table, speed, end_speed, car, brakes, threshold, tolerance),
+        "ideal": brake_ideally(table, speed, end_speed, car, tolerance),
     }
+
+
+def starts(first: Stop, count: int, highest: float) -> Array:
+    """Speeds (m/s) at which stops begin that are like the `first`, in `count` phases of its cycle.
+
+    They are above its own, by parts of the speed that a cycle loses, and at most `highest`.
+    """
+    speed = float(first.history.speed[0])
+    room = min(first.cycle, highest - speed)
+    return np.asarray(speed + room * np.arange(count) / count)
 
 
 class _Wheel(NamedTuple):

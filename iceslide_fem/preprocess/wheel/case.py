@@ -7,7 +7,7 @@ from functools import cached_property
 from itertools import product
 from typing import Annotated, Self
 
-from pydantic import ConfigDict, StrictBool, model_validator
+from pydantic import ConfigDict, model_validator
 
 from iceslide_fem.preprocess.footprint.film_options import FilmOptions
 from iceslide_fem.preprocess.footprint.scene_keys import refused
@@ -21,6 +21,7 @@ from iceslide_fem.preprocess.wheel.option_values import (
     Varied,
 )
 from iceslide_fem.preprocess.wheel.quarter_car import GRAVITY, QuarterCar
+from iceslide_fem.preprocess.wheel.stop_options import StopOptions
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import Scene, load_scene
@@ -34,7 +35,7 @@ from iceslide_fem.scene.units import Quantity
 OF_A_SCENE = [key for key in FilmOptions.model_fields if key not in ("temperature", "tolerance")]
 
 
-class WheelCase(SourceOptions, FilmOptions):
+class WheelCase(SourceOptions, FilmOptions, StopOptions):
     """A wheel: footprint, slip and friction law; SI units. Keys are the command's options.
 
     slip_angle: rad; stiffness: None to compute it; the weight of a quarter car's mass is the load
@@ -43,7 +44,6 @@ class WheelCase(SourceOptions, FilmOptions):
 
     model_config = ConfigDict(alias_generator=option_names("image"))
     parts = (
-        (("end_speed", "mass"), "a stop", "abs"),
         (("pitch",), "a pattern", "groove"),
         (("groove",), "a pattern", "pitch"),
     )
@@ -81,15 +81,6 @@ class WheelCase(SourceOptions, FilmOptions):
     groove: Annotated[float, Quantity("m", "0.1 mm", "1 m"), Number] | None = option(
         None, "Between two of them: 8mm."
     )
-    abs: StrictBool = option(
-        False, "Brake a quarter car, too: locked, by thresholds of slip, at the peak."
-    )
-    end_speed: Annotated[float, SPEED, Number] = option(
-        5.0 / 3.6, "Where a stop ends.", shown="5km/h"
-    )
-    mass: Annotated[float, Quantity("kg", "1 kg", "100000 kg"), Number] | None = option(
-        None, "Of the quarter car.", shown="what the load weighs; of a line 350kg"
-    )
     scene: InputFile | None = option(
         None, "Whose friction law, ice, water and rubber are taken instead.", "SCENE"
     )
@@ -110,6 +101,13 @@ class WheelCase(SourceOptions, FilmOptions):
                 f"--end-speed {3.6 * self.end_speed:.4g} km/h is not below --speed "
                 f"{3.6 * self.speed:.4g} km/h"
             )
+        if self.abs and self.measure is not None:
+            first, last = (3.6 * speed for speed in self.measure)
+            whole = f"{3.6 * self.speed:.4g} to {3.6 * self.end_speed:.4g} km/h"
+            if self.measure[0] > self.speed or self.measure[1] < self.end_speed:
+                raise ValueError(
+                    f"--measure {first:.4g}km/h:{last:.4g}km/h is not within the stop, {whole}"
+                )
         return self
 
     @model_validator(mode="after")
@@ -193,9 +191,16 @@ class WheelCase(SourceOptions, FilmOptions):
 
         A line has no width, and by default the quarter car's usual mass.
         """
-        if self.mass is not None:
-            return QuarterCar(mass=self.mass)
-        return QuarterCar() if self.one_line else QuarterCar(mass=load / GRAVITY)
+        mass = self.mass
+        if mass is None:
+            mass = QuarterCar().mass if self.one_line else load / GRAVITY
+        return QuarterCar(mass, self.wheel_inertia, self.wheel_radius)
+
+    def under(self, law: Scene) -> Self:
+        """The same wheel on the ice, and with the friction law, of another scene."""
+        found = self.model_copy(update={"temperature": law.ice.temperature})
+        vars(found)["law"] = law
+        return found
 
     def rolling(self, slip: float) -> Rolling:
         """The wheel at a slip ratio."""

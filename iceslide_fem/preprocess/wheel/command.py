@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -11,15 +10,13 @@ import numpy as np
 import pandas as pd
 
 from iceslide_fem.postprocess.report.page import Cell, Chart, Table
-from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.reading import ReadFootprint, read_source
-from iceslide_fem.preprocess.wheel.braking import Stop, compare_controls
 from iceslide_fem.preprocess.wheel.case import WheelCase
 from iceslide_fem.preprocess.wheel.case_contact import contact_of_case
 from iceslide_fem.preprocess.wheel.charts import charts_of
 from iceslide_fem.preprocess.wheel.friction import Curve, curves
 from iceslide_fem.preprocess.wheel.output import columns, stop_columns, stop_figures, summary
-from iceslide_fem.preprocess.wheel.slip_table import axes_of_a_stop, slip_table
+from iceslide_fem.preprocess.wheel.stops import Stops, stops_on, table_of_stop
 from iceslide_fem.preprocess.wheel.tread import TreadStiffness, stiffness_of
 from iceslide_fem.preprocess.work import Preprocessor, Words, csv_text
 from iceslide_fem.runs.verdict import in_words
@@ -28,7 +25,6 @@ from iceslide_fem.runtime.terminal import LongTask
 from iceslide_fem.scene.materials import BAR
 
 SLIPPING, STOPS = "mu_slip.csv", "stops.csv"
-LINES = 12  # representative lines of a footprint, for stops
 ABOUT_ERROR = (
     "The film law was advanced with a relative error of {:g} of mu per pixel; the slip ratio of "
     "the peak is one of those that were asked for."
@@ -43,17 +39,17 @@ NO_CARCASS = " The carcass does not give way."
 MEMBER_HEAD = (
     "speed (km/h)", "ice (°C)", "peak mu", "at slip", "locked mu", "peak / locked", "slope at 0"
 )  # fmt: skip
-OF_A_STOP = "distance_m", "time_s", "deceleration_m_s2"
-STOP_HEAD = ("brake", "distance (m)", "time (s)", "deceleration (m/s²)")
+OF_A_STOP = "distance_m", "time_s", "deceleration_m_s2", "measured_deceleration_m_s2"
+STOP_HEAD = ("brake", "distance (m)", "time (s)", "deceleration (m/s²)", "measured (m/s²)")
 
 
 class Wheel(NamedTuple):
-    """A computed wheel: its footprint, tread, friction over slip, and stops by their brake."""
+    """A computed wheel: its footprint, tread, friction over slip, and stops or None."""
 
     read: ReadFootprint
     stiffness: TreadStiffness
     curves: list[Curve]
-    stops: Mapping[str, Stop]
+    stops: Stops | None
 
 
 def compute(case: WheelCase) -> Wheel:
@@ -68,42 +64,32 @@ def compute(case: WheelCase) -> Wheel:
             stiffness,
             lambda part: shown.show(part, f"{part:.0%} of the slip ratios"),
         )
-        stops = stops_of(case, read.pressure_map, stiffness) if case.abs else {}
+        stops = None
+        if case.abs:
+            table = table_of_stop(case, read.pressure_map, stiffness)
+            stops = stops_on(case, table, read.pressure_map.load)
     return Wheel(read, stiffness, found, stops)
-
-
-def stops_of(case: WheelCase, footprint: PressureMap, stiffness: TreadStiffness) -> dict[str, Stop]:
-    """Stops by name of the brake control, with the `stiffness` of the tread.
-
-    Raises SimulationStopped if a step fails.
-    """
-    axes = axes_of_a_stop(case.speed, case.end_speed)
-    some = replace(footprint, pressure=footprint.sample(LINES))
-    (member,) = case.members
-    tread = stiffness.tread(case.pattern, member.temperature)
-    contact = contact_of_case(member, footprint.contact_length)
-    table = slip_table(some, *axes, tread, contact)
-    return compare_controls(table, case.speed, case.end_speed, case.car(footprint.load))
 
 
 def figures_of(case: WheelCase, found: Wheel) -> dict[str, Any]:
     """All figures of a wheel and its stops."""
     figures = summary(case, found.read, found.stiffness, found.curves)
-    return figures | {"stops": stop_figures(found.stops)}
+    return figures | {"stops": {} if found.stops is None else stop_figures(found.stops)}
 
 
 def write(case: WheelCase, found: Wheel, out: Path) -> None:
     """Write mu_slip.csv, and of stops stops.csv."""
     slipping = columns(found.curves, found.read.pressure_map.load)
     replace_file(out / SLIPPING, csv_text(slipping, 8))
-    if found.stops:
-        replace_file(out / STOPS, csv_text(stop_columns(found.stops)))
+    if found.stops is not None:
+        replace_file(out / STOPS, csv_text(stop_columns(found.stops.by_control)))
 
 
 def charts(case: WheelCase, found: Wheel) -> Mapping[str, Sequence[Chart]]:
     """Charts by the names of pictures."""
     slipping = pd.DataFrame(columns(found.curves, found.read.pressure_map.load))
-    return charts_of(slipping, pd.DataFrame(stop_columns(found.stops)) if found.stops else None)
+    stops = found.stops and pd.DataFrame(stop_columns(found.stops.by_control))
+    return charts_of(slipping, stops)
 
 
 def charts_in(folder: Path) -> Mapping[str, Sequence[Chart]]:
@@ -129,9 +115,19 @@ def words(figures: Mapping[str, Any]) -> Words:
         summary=_summary(figures["case"], figures["curves"]),
         lines=_lines(figures),
         left_out=LEFT_OUT + NO_CARCASS * (figures["case"]["carcass"] is None),
-        tables=[*tables, *([Table("A quarter car brakes", STOP_HEAD, stops)] if stops else [])],
+        tables=[*tables, *([Table(_stop_caption(figures), STOP_HEAD, stops)] if stops else [])],
         remarks=[ABOUT_ERROR.format(figures["case"]["tolerance"])],
         verdict=_verdict(figures),
+    )
+
+
+def _stop_caption(figures: Mapping[str, Any]) -> str:
+    """Of the table of stops: between which speeds they are measured, and how often."""
+    stop = figures["stops"]["threshold"]
+    first, last = (3.6 * speed for speed in stop["measured_between_m_s"])
+    return (
+        f"A quarter car brakes; measured between {first:.4g} and {last:.4g} km/h, by thresholds "
+        f"the mean of {stop['phases']} starts"
     )
 
 

@@ -12,6 +12,7 @@ from iceslide_fem.preprocess.footprint.reading import ReadFootprint
 from iceslide_fem.preprocess.wheel.braking import Stop
 from iceslide_fem.preprocess.wheel.case import WheelCase
 from iceslide_fem.preprocess.wheel.friction import Curve, SlipPoint
+from iceslide_fem.preprocess.wheel.stops import Stops
 from iceslide_fem.preprocess.wheel.tread import TreadStiffness
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.units import ZERO_CELSIUS
@@ -65,8 +66,11 @@ def stop_columns(stops: Mapping[str, Stop]) -> dict[str, Any]:
     return {"control": names, **dict(zip(OF_STOPS, values, strict=True))}
 
 
-def stop_figures(stops: Mapping[str, Stop]) -> dict[str, dict[str, float]]:
-    """Figures of every stop in SI units, as in their names."""
+def stop_figures(stops: Stops) -> dict[str, dict[str, Any]]:
+    """Figures of every stop in SI units, as in their names; of thresholds those of the first start.
+
+    Measured decelerations are means over all phases.
+    """
     return {
         name: {
             "from_speed_m_s": float(stop.history.speed[0]),
@@ -77,8 +81,12 @@ def stop_figures(stops: Mapping[str, Stop]) -> dict[str, dict[str, float]]:
             "contact_work_J": stop.contact_work,
             "brake_work_J": stop.brake_work,
             "kinetic_energy_J": stop.kinetic_energy,
+            "measured_between_m_s": list(stops.measured),
+            "measured_deceleration_m_s2": stops.deceleration(name),
+            "measured_std_m_s2": float(stops.decelerations(name).std()),
+            "phases": int(stops.decelerations(name).size),
         }
-        for name, stop in stops.items()
+        for name, stop in stops.by_control.items()
     }
 
 

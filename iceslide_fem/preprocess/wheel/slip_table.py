@@ -22,6 +22,8 @@ if TYPE_CHECKING:  # slow import, needed for braking only
 
 KMH = 3.6
 SPEEDS, SLIPS = 16, 41  # size of a table for a stop
+SMALLEST = 2.5e-3  # slip ratio above 0: below the peak of dry friction
+ROOM = 1.2  # of the first speed: other starts of the same stop are above it
 
 
 @dataclass(frozen=True)
@@ -98,17 +100,21 @@ class SlipTable:
 
 
 def axes_of_a_stop(speed: float, end_speed: float) -> tuple[Array, Array]:
-    """Speeds (m/s, geometric steps) and slip ratios (even steps) for stops between two speeds.
+    """Speeds (m/s) and slip ratios, both in geometric steps, for stops between two speeds.
 
-    Distances are within 1 % of those with twice as many (docs/explanation/wheel.md). Raises
-    SceneError if the order of the speeds is wrong.
+    The speeds reach beyond the first one, by `ROOM`. Raises SceneError if their order is wrong.
     """
     if not 0.0 < end_speed < speed < np.inf:
         raise SceneError(
             f"braking from {KMH * speed:.4g} km/h to {KMH * end_speed:.4g} km/h is no braking to a "
             "lower speed above 0"
         )
-    return np.geomspace(end_speed, speed, SPEEDS), np.linspace(0.0, 1.0, SLIPS)
+    return np.geomspace(end_speed, ROOM * speed, SPEEDS), slips_of_a_stop()
+
+
+def slips_of_a_stop() -> Array:
+    """0, and slip ratios to 1 in geometric steps: the peak of dry friction is at a few percent."""
+    return np.concatenate([[0.0], np.geomspace(SMALLEST, 1.0, SLIPS - 1)])
 
 
 def slip_table(

@@ -31,7 +31,8 @@ from iceslide_fem.workflow.sweep.table import DONE, read_sweep
 
 MORE = (
     "In Python: iceslide_fem.read_sweep(folder) gives these numbers as labelled arrays. "
-    "The page of a case: iceslide report FOLDER/cases/CASE; of a point: run its scene by itself."
+    "The page of a case: iceslide report FOLDER/cases/CASE; several folders after it are compared, "
+    "with their fields side by side. Of a point: run its scene by itself."
 )
 MOST_ROWS = 400
 RESULTS = {key: of_run.RESULTS[key][0] for key in ("mu_mean", "mu_peak", "mu_end")}

@@ -1,0 +1,227 @@
+"""What `iceslide compare` writes: compare.json, compare.csv, its runs, and charts."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from iceslide_fem.inference.compare.case import OUTPUTS, CompareCase
+from iceslide_fem.inference.compare.ratios import Ratio, flags, sentence
+from iceslide_fem.inference.compare.values import Values
+from iceslide_fem.postprocess.report.page import Chart, Curve
+from iceslide_fem.preprocess.work import csv_text
+from iceslide_fem.runtime.files import replace_file
+from iceslide_fem.runtime.units import ZERO_CELSIUS
+from iceslide_fem.scene import flat
+
+TABLE, RUNS = "compare.csv", "cases"
+UNITS = {"deceleration": "m/s²"}
+
+
+class Comparison(NamedTuple):
+    """Computed values of the candidates of a case, and the folder of their runs, or None."""
+
+    case: CompareCase
+    values: Values
+    runs: Path | None = None
+
+    @property
+    def names(self) -> list[str]:
+        """Of the candidates, the reference first."""
+        return [one.name for one in self.case.candidates]
+
+    @property
+    def numerical(self) -> list[float]:
+        """Part by which steps and meshes may move each ratio: its largest change over conditions
+        when all is computed more coarsely.
+        """
+        output = self.case.quantity
+        fine, coarse = (each[output] / each[output][0] for each in self._both)
+        with np.errstate(invalid="ignore"):
+            moved = np.abs(coarse / fine - 1.0)
+        return [float(np.nanmax(row)) if np.isfinite(row).any() else 0.0 for row in moved]
+
+    @property
+    def numerical_of_value(self) -> list[float]:
+        """The same of each value."""
+        output = self.case.quantity
+        fine, coarse = (each[output] for each in self._both)
+        moved = np.abs(coarse / fine - 1.0)
+        return [float(np.nanmax(row)) if np.isfinite(row).any() else 0.0 for row in moved]
+
+    @property
+    def _both(self) -> tuple[dict[str, Any], dict[str, Any]]:
+        return self.values.fine, self.values.coarse
+
+    def ratios(self, one: int) -> dict[str, Ratio]:
+        """The ratios of a candidate to the reference by conditions, where both are known."""
+        value, slopes = self.values.fine[self.case.quantity], self.values.slopes
+        bands = slopes.band_of_ratio(one)
+        found = {}
+        for place, here in enumerate(self.case.conditions):
+            ratio = float(value[one, place] / value[0, place])
+            if np.isfinite(ratio):
+                inputs = float(bands[place]) if slopes.inputs.keys else None
+                found[here.name] = Ratio(ratio, self.numerical[one], inputs)
+        return found
+
+    @property
+    def sentences(self) -> list[str]:
+        """What they say of each candidate."""
+        stops = self.case.kind == "stops"
+        return [
+            sentence(name, self.names[0], stops, ratios, self.values.slopes.most_of_ratio(number))
+            for number, name in enumerate(self.names)
+            if number > 0 and (ratios := self.ratios(number))
+        ]
+
+
+def figures(case: CompareCase, found: Comparison) -> dict[str, Any]:
+    """The content of compare.json."""
+    warnings = [f"{len(found.values.failures)} computations failed: {found.values.failures[0]}"
+                ] if found.values.failures else []  # fmt: skip
+    rules: list[str] = []
+    value = found.values.fine[case.quantity]
+    if case.quantity == "deceleration_threshold":
+        reference = {
+            here.name: float(value[0, place]) for place, here in enumerate(case.conditions)
+        }
+        index = {
+            name: found.ratios(number) for number, name in enumerate(found.names) if number > 0
+        }
+        rules = flags(reference, index)
+    return {
+        "kind": case.kind,
+        "output": case.quantity,
+        "reference": found.names[0],
+        "conditions": [_condition(found, place) for place in range(len(case.conditions))],
+        "inputs": [dict(one) for one in found.values.slopes.inputs.spreads],
+        "sentences": found.sentences,
+        "rules": rules,
+        "different": _different(case),
+        "runs": _runs(case),
+        "warnings": warnings,
+    }
+
+
+def _condition(found: Comparison, place: int) -> dict[str, Any]:
+    here, slopes = found.case.conditions[place], found.values.slopes
+    temperature = here.temperature
+    candidates = {}
+    for number, name in enumerate(found.names):
+        value = float(found.values.fine[found.case.quantity][number, place])
+        ratio = found.ratios(number).get(here.name)
+        exact = not slopes.inputs.keys
+        candidates[name] = {
+            "value": value if np.isfinite(value) else None,
+            "value_numerical": value * found.numerical_of_value[number],
+            "value_inputs": None if exact else value * float(slopes.band_of_value(number)[place]),
+            "ratio": ratio and ratio.value,
+            "ratio_numerical": ratio and ratio.value * ratio.numerical,
+            "ratio_inputs": ratio and (None if exact else ratio.value * (ratio.inputs or 0.0)),
+            "ratio_low": ratio and ratio.low,
+            "ratio_high": ratio and ratio.high,
+            "verdict": ratio and ("reference" if number == 0 else ratio.verdict),
+            **{
+                key: float(found.values.fine[key][number, place])
+                for key in OUTPUTS[found.case.kind]
+                if key in found.values.fine
+            },
+        }
+    return {
+        "name": here.name,
+        "temperature_C": None if temperature is None else temperature - ZERO_CELSIUS,
+        "water_m": here.water,
+        "candidates": candidates,
+    }
+
+
+def _runs(case: CompareCase) -> list[list[str]]:
+    """Names of the runs of slices and blocks, by condition; none of points and wheels."""
+    if case.kind != "scenes" or all(one.scene.model == "point" for one in case.candidates):
+        return []
+    return [list(names) for names in zip(*case.run_names, strict=True)]
+
+
+def _different(case: CompareCase) -> dict[str, list[Any]]:
+    """Keys in which candidates differ, with their values, SI."""
+    tables = [flat(one.tables) for one in case.candidates]
+    keys = dict.fromkeys(key for table in tables for key in table)
+    values = {key: [table.get(key) for table in tables] for key in keys}
+    return {
+        key: some
+        for key, some in values.items()
+        if key not in ("name", "wheel.scene") and any(value != some[0] for value in some)
+    }
+
+
+def write(case: CompareCase, found: Comparison, out: Path) -> None:
+    """Write compare.csv, and the runs of slices and blocks."""
+    rows = [
+        {"condition": place["name"], "candidate": name, **entries}
+        for place in figures(case, found)["conditions"]
+        for name, entries in place["candidates"].items()
+    ]
+    columns = {key: [np.nan if row[key] is None else row[key] for row in rows] for key in rows[0]}
+    columns["condition"] = [f'"{name}"' for name in columns["condition"]]
+    replace_file(out / TABLE, csv_text(columns))
+    if found.runs is not None and (found.runs / RUNS).is_dir():
+        for path in (found.runs / RUNS).glob("*_coarse"):
+            shutil.rmtree(path)
+        shutil.move(found.runs / RUNS, out / RUNS)
+
+
+def charts(case: CompareCase, found: Comparison) -> Mapping[str, Sequence[Chart]]:
+    """Charts by the names of pictures."""
+    unit = UNITS.get(case.quantity.partition("_")[0], "1")
+    label = f"{case.quantity} ({unit})"
+    over = [here.temperature for here in case.conditions]
+    if None in over or len(set(over)) == 1:
+        x, axis = np.arange(1.0, len(over) + 1), "condition"
+        if len(over) > 1 and case.water:
+            x, axis = 1e6 * np.array(case.water), "water on the ice (µm)"
+        waters = [slice(None)]
+        curves_of = [""]
+    else:
+        every = len(case.water) or 1
+        x, axis = np.array(case.temperature) - ZERO_CELSIUS, "ice temperature (°C)"
+        waters = [slice(place, None, every) for place in range(every)]
+        curves_of = [f", {1e6 * water:.4g} µm" for water in case.water] or [""]
+    value = found.values.fine[case.quantity]
+    of_values, of_ratios, look = [], [], 0
+    for number, name in enumerate(found.names):
+        ratios = found.ratios(number)
+        for some, more in zip(waters, curves_of, strict=True):
+            here = [condition.name for condition in case.conditions[some]]
+            of_values.append(Curve(f"{name}{more}", x, value[number, some], look))
+            if number > 0:
+                known = [ratios.get(condition) for condition in here]
+                middle = [np.nan if one is None else one.value for one in known]
+                of_ratios += [
+                    Curve(f"{name}{more}", x, middle, look),
+                    Curve(f"{name}{more}, band", *_bars(x, known), look),
+                ]
+            look += 1
+    ends = np.array([np.min(x), np.max(x)])
+    of_ratios.append(Curve(found.names[0], ends, np.ones(2), 0))
+    said = " ".join(found.sentences)
+    return {
+        "compare": [
+            Chart("ratio", f"Over {found.names[0]}", said, axis, "ratio", of_ratios),
+            Chart("value", "Values", f"{case.quantity} of each.", axis, label, of_values),
+        ]
+    }
+
+
+def _bars(x: Any, ratios: Sequence[Ratio | None]) -> tuple[list[float], list[float]]:
+    """Vertical bars from the lower to the upper end of ratios."""
+    across, up = [], []
+    for place, ratio in zip(x, ratios, strict=True):
+        if ratio is not None:
+            across += [place, place, np.nan]
+            up += [ratio.low, ratio.high, np.nan]
+    return across, up

@@ -1,0 +1,201 @@
+"""Friction or deceleration of candidates under conditions, and what its steps and inputs mean."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from iceslide_fem.inference.compare.candidates import Candidate, Tyre
+from iceslide_fem.inference.compare.inputs import Inputs, Slopes
+from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
+from iceslide_fem.preprocess.wheel.case import WheelCase
+from iceslide_fem.preprocess.wheel.peak import peak_and_locked
+from iceslide_fem.preprocess.wheel.stops import deceleration_on, stops_on, table_of_stop
+from iceslide_fem.preprocess.wheel.tread import stiffness_of
+from iceslide_fem.runs.many_points import OUTPUTS as OF_POINTS
+from iceslide_fem.runs.many_points import friction
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.errors import SimulationStopped
+from iceslide_fem.runtime.launch import available_cores
+from iceslide_fem.scene import Scene
+from iceslide_fem.scene.fingerprint import fingerprint
+from iceslide_fem.scene.variation import with_values
+from iceslide_fem.workflow.sweep.plan import Case
+from iceslide_fem.workflow.sweep.processes import compute as compute_runs
+from iceslide_fem.workflow.sweep.processes import prepare, share_cores
+from iceslide_fem.workflow.sweep.table import DONE
+
+LOOSER = 2.0  # tolerance of the coarser computation over that of the other
+COARSER = 1.4  # cells of a slice or block, over the others
+CONTROLS = ("threshold", "ideal", "locked")
+ARRAYS = dict[str, Array]
+Grid = Sequence[Sequence[Candidate]]
+Tell = Callable[[float, str], None]
+
+
+class Values(NamedTuple):
+    """Outputs by name, (candidates, conditions), NaN where the computation failed; the same of a
+    coarser computation; slopes: what uncertain inputs mean; failures: sentences.
+    """
+
+    fine: ARRAYS
+    coarse: ARRAYS
+    slopes: Slopes
+    failures: Sequence[str]
+
+
+def values_of_scenes(
+    grid: Grid, names: Sequence[Sequence[str]], inputs: Inputs, output: str, folder: Path
+) -> Values:
+    """Of scenes, each on its level; names: of runs, which are written to `folder`.
+
+    Slopes are those of points. Raises SimulationStopped if all runs of the reference fail.
+    """
+    shape = len(grid), len(grid[0])
+    scenes = [one.scene for row in grid for one in row]
+    of_all = [name for row in names for name in row]
+    fine, why = _scenes(scenes, of_all, folder)
+    coarse, _ = _scenes([_coarser(one) for one in scenes], [f"{n}_coarse" for n in of_all], folder)
+    slopes = np.zeros((*shape, len(inputs.keys)))
+    for place in range(shape[1]):
+        sides = list(inputs.sides([row[place].scene for row in grid]))
+        if sides:
+            points = [one.scene.model_copy(update={"model": "point"}) for one in sides]
+            logs = np.log(getattr(friction(points), output)[:, 0])
+            for side, log in zip(sides, logs, strict=True):
+                slopes[side.number, place, inputs.keys.index(side.key)] += 0.5 * side.sign * log
+    parts = [{key: one.reshape(shape) for key, one in each.items()} for each in (fine, coarse)]
+    return Values(parts[0], parts[1], Slopes(inputs, slopes), why)
+
+
+def _coarser(scene: Scene) -> Scene:
+    numerics = scene.numerics
+    values = {"numerics.tolerance": min(LOOSER * numerics.tolerance, 0.1)}
+    if scene.model != "point":
+        values["numerics.refinement"] = numerics.refinement / COARSER
+    return with_values(scene, values)
+
+
+def _scenes(
+    scenes: Sequence[Scene], names: Sequence[str], folder: Path
+) -> tuple[ARRAYS, list[str]]:
+    """Outputs of scenes by name, (n,), and why some failed."""
+    found = {key: np.full(len(scenes), np.nan) for key in OF_POINTS}
+    why = []
+    points = [number for number, scene in enumerate(scenes) if scene.model == "point"]
+    if points:
+        mu = friction([scenes[number] for number in points])
+        for key in OF_POINTS:
+            found[key][points] = getattr(mu, key)[:, 0]
+        why += [f"{names[points[at]]}: {reason}" for (at, _), reason in mu.failures.items()]
+    cases = {
+        names[number]: Case(names[number], scene, fingerprint(scene))
+        for number, scene in enumerate(scenes)
+        if scene.model != "point"
+    }
+    if cases:
+        prepare(folder, list(cases.values()))
+        for one, outcome in compute_runs(folder, list(cases.values()), share_cores(1, None)):
+            if outcome.status == DONE:
+                for key in OF_POINTS:
+                    found[key][list(names).index(one.name)] = outcome.summary[key]
+            else:
+                why.append(f"{one.name}: {outcome.reason}")
+    return found, why
+
+
+class Job(NamedTuple):
+    """A wheel to compute: its case, footprint, and a factor on its tread's stiffness.
+
+    every: n-th of the speeds and slip ratios; control: the only one of a stop, "" for all.
+    """
+
+    case: WheelCase
+    footprint: PressureMap
+    factor: float = 1.0
+    every: int = 1
+    control: str = ""
+
+    def __call__(self) -> dict[str, float] | str:
+        """Its outputs, or why it has none."""
+        case, footprint = self.case, self.footprint
+        stiffness = stiffness_of(case, footprint)
+        stiffness = stiffness._replace(value=self.factor * stiffness.value)
+        load = footprint.load
+        if self.every > 1:
+            case = case.model_copy(update={"tolerance": min(LOOSER * case.tolerance, 0.1)})
+            footprint = _halved(footprint)
+        try:
+            if not case.abs:
+                return peak_and_locked(case, footprint, stiffness, self.every)
+            table = table_of_stop(case, footprint, stiffness, self.every)
+            if self.control:
+                value = deceleration_on(case, table, load, self.control)
+                return {f"deceleration_{self.control}": value}
+            stops = stops_on(case, table, load)
+        except SimulationStopped as error:
+            return str(error)
+        return {f"deceleration_{control}": stops.deceleration(control) for control in CONTROLS}
+
+
+def _halved(footprint: PressureMap) -> PressureMap:
+    """The footprint on pixels of twice the length."""
+    pressure = footprint.pressure
+    even = np.pad(pressure, ((0, 0), (0, pressure.shape[1] % 2)))
+    return replace(footprint, pressure=0.5 * (even[:, ::2] + even[:, 1::2]), dx=2.0 * footprint.dx)
+
+
+def values_of_wheels(
+    grid: Grid, tyres: Sequence[Tyre], inputs: Inputs, output: str, tell: Tell
+) -> Values:
+    """Of wheels and their stops. Slopes are of the coarser computation, those of a control by
+    thresholds of the ideal one, which has no phases.
+    """
+    shape = len(grid), len(grid[0])
+    maps = [tyre.read.pressure_map for tyre in tyres]
+    places = [(i, j) for i in range(shape[0]) for j in range(shape[1])]
+    wheels = {(i, j): grid[i][j].wheel for i, j in places}
+    control = "" if not output.startswith("deceleration") else output.rpartition("_")[2]
+    control = "ideal" if control == "threshold" else control
+    sides = [
+        (place, side)
+        for place in range(shape[1])
+        for side in inputs.sides([row[place].scene for row in grid])
+    ]
+    jobs = [Job(wheel, maps[i], every=every) for every in (1, 2) for (i, _), wheel in wheels.items()
+            if wheel is not None]  # fmt: skip
+    jobs += [
+        Job(wheel.under(side.scene), maps[side.number], side.stiffness, 2, control)
+        for place, side in sides
+        if (wheel := grid[side.number][place].wheel) is not None
+    ]
+    results = list(_in_parallel(jobs, tell))
+    count, why = len(places), []
+    arrays = []
+    for some in (results[:count], results[count : 2 * count]):
+        found: ARRAYS = {}
+        for (i, j), result in zip(places, some, strict=True):
+            if isinstance(result, str):
+                why.append(f"{grid[i][j].name}: {result}")
+                continue
+            for key, value in result.items():
+                found.setdefault(key, np.full(shape, np.nan))[i, j] = value
+        arrays.append(found)
+    of_slope = f"deceleration_{control}" if control else output
+    slopes = np.zeros((*shape, len(inputs.keys)))
+    for (place, side), result in zip(sides, results[2 * count :], strict=True):
+        value = np.nan if isinstance(result, str) else result[of_slope]
+        slopes[side.number, place, inputs.keys.index(side.key)] += 0.5 * side.sign * np.log(value)
+    return Values(arrays[0], arrays[1], Slopes(inputs, slopes), why)
+
+
+def _in_parallel(jobs: Sequence[Job], tell: Tell) -> Iterator[dict[str, float] | str]:
+    with ProcessPoolExecutor(available_cores()) as pool:
+        for number, result in enumerate(pool.map(Job.__call__, jobs), start=1):
+            tell(number / len(jobs), f"{number} of {len(jobs)} wheels")
+            yield result
