@@ -106,7 +106,7 @@ def patch(pressure: float, cells: int, lines: int = 1) -> PressureMap:
 
 def mu_of(footprint: PressureMap, slips: ArrayLike, tread: Tread, contact: FilmContact) -> Array:
     """mu at the slip ratios."""
-    rolls = [Rolling(contact.ride.speed, float(slip)) for slip in np.asarray(slips)]
+    rolls = [Rolling(float(contact.ride.speed), float(slip)) for slip in np.asarray(slips)]
     return np.array([point.mu for point in friction(footprint, rolls, tread, contact)])
 
 

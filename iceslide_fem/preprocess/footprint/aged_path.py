@@ -25,7 +25,7 @@ class AgedPath(NamedTuple):
 
     touching: loads of films under fresh contact; pressure: Pa, (n,); entering: history at the entry
     of each pixel, (rows, n); temperature: there, K, (n,); slower: 1 / (1 - S), (n,); passing:
-    time of the ice per pixel, s.
+    time of the ice per pixel, s, (n,).
     """
 
     age: ContactAge
@@ -34,7 +34,7 @@ class AgedPath(NamedTuple):
     entering: Array
     temperature: Array
     slower: Array
-    passing: float
+    passing: Array
 
     @classmethod
     def along(
@@ -44,14 +44,15 @@ class AgedPath(NamedTuple):
         line: Index,
         pressure: Array,
         behind: Index,
-        passing: float,
+        passing: Array,
         temperature: Array,
         slower: Array,
     ) -> AgedPath:
         """The path of pixels in the order of `passing.Path`.
 
-        passing: time per pixel of the ice, s; behind: number of following pixels without contact;
-        temperature: of the rubber above each line, K; slower: 1 / (1 - S) of each line.
+        passing: time per pixel of the ice in each line, s; behind: number of following pixels
+        without contact; temperature: of the rubber above each line, K; slower: 1 / (1 - S) of each
+        line.
         """
         entering = age.fresh(line.size)
         at = np.flatnonzero(np.diff(line, prepend=-1))
@@ -60,14 +61,16 @@ class AgedPath(NamedTuple):
         while at.size:
             entering[:, at] = history
             p, kelvin, nothing = pressure[at], temperature[line[at]], np.zeros(at.size)
-            pixel = age.relaxation.reduced(passing * slower[line[at]], kelvin)
+            pixel = age.relaxation.reduced(passing[line[at]] * slower[line[at]], kelvin)
             history = age.after(history, p, p, pixel)
             gap = np.where(behind[at] > 0, np.maximum(behind[at], 1) * pixel, 0.0)
             rested = age.after(history, nothing, nothing, gap)
             history = np.where(gap > 0.0, rested, history)
             keep = at < last
             at, last, history = at[keep] + 1, last[keep], history[:, keep]
-        return cls(age, touching, pressure, entering, temperature[line], slower[line], passing)
+        return cls(
+            age, touching, pressure, entering, temperature[line], slower[line], passing[line]
+        )
 
     @property
     def leaving(self) -> Array:

@@ -97,7 +97,7 @@ def one_pass(
 
     for first in range(0, touching.size, LINES):
         lines = touching[first : first + LINES]
-        path = Path.below(footprint.pressure[lines], passing)
+        path = Path.below(footprint.pressure[lines], _of(passing, lines))
         part, here = every.lines(lines), below.take(lines)
         moves = np.ones(path.line.size, dtype=bool)
         if slides is not None:
@@ -132,13 +132,18 @@ def _ice(
     footprint: PressureMap, ride: Ride, tolerance: float, ice: Callable[..., Column]
 ) -> Column:
     """Columns below the lines, with the layers of one pass, and deep enough for all."""
-    transit = footprint.pressure.shape[1] * footprint.dx / ride.speed
-    if ride.passes.number == 1:
-        column = ice(ride.temperature, transit, solid=ride.solid, ground=ride.ground)
-        return column.condensed(CONDENSED * tolerance)
-    times = ride.passes.times(transit)
+    transit = footprint.pressure.shape[1] * footprint.dx / np.asarray(ride.speed)
+    shortest, longest = float(transit.min()), float(transit.max())
+    if ride.passes.number > 1:
+        longest = float(ride.passes.times(longest)[1])
+    times = np.array([shortest, longest])
     column = ice(ride.temperature, times, solid=ride.solid, ground=ride.ground)
-    return column.condensed(CONDENSED * tolerance, transit / times[1])
+    return column.condensed(CONDENSED * tolerance, shortest / longest)
+
+
+def _of(values: float | Array, lines: Index) -> float | Array:
+    """Values of some of the lines, where each line has its own."""
+    return values[lines] if isinstance(values, np.ndarray) and values.ndim else values
 
 
 def _enter(
@@ -168,5 +173,5 @@ def _enter(
     before = ends[number]
     here = lines[path.line[before]], path.column[before] - ahead
     result.height[here], result.squeezed[here] = films.height[before], films.squeezed[before]
-    content = ice.cooled(warm[:, number], ahead * path.passing)
+    content = ice.cooled(warm[:, number], ahead * path.passing[path.line[before]])
     result.temperature[here] = ice.take(path.line[before]).surface_temperature(content)

@@ -44,7 +44,7 @@ class Path(NamedTuple):
     """Pixels in contact, line by line in the order of passage; arrays (n,).
 
     line, column: of the map; pressure: Pa; enters: whether contact begins there; behind: number of
-    following pixels without contact; passing: time per pixel, dx / V, s.
+    following pixels without contact; passing: time per pixel of each line, dx / V, s, (lines,).
     """
 
     line: Index
@@ -52,17 +52,21 @@ class Path(NamedTuple):
     pressure: Array
     enters: Mask
     behind: Index
-    passing: float
+    passing: Array
 
     @classmethod
-    def below(cls, pressure: Array, passing: float) -> Path:
-        """The path of touching lines (n, nx); ice enters at the last column."""
+    def below(cls, pressure: Array, passing: float | Array) -> Path:
+        """The path of touching lines (n, nx); ice enters at the last column.
+
+        passing: time per pixel, s, of all or of each line.
+        """
         line, steps = np.nonzero(pressure[:, ::-1] > 0.0)
         column = pressure.shape[1] - 1 - steps
         last = np.diff(line, append=-1) != 0
         behind = np.where(last, column, column - np.append(column[1:], 0) - 1)
         enters = np.append(True, last[:-1] | (behind[:-1] > 0))
-        return cls(line, column, pressure[line, column], enters, behind, passing)
+        times = np.broadcast_to(np.asarray(passing, dtype=float), (len(pressure),))
+        return cls(line, column, pressure[line, column], enters, behind, times)
 
 
 class FilmMap(NamedTuple):
@@ -128,6 +132,7 @@ def films_along(
     at = np.flatnonzero(np.diff(path.line, prepend=-1))
     last = np.append(at[1:], path.line.size) - 1
     lines, passing = at.size, path.passing
+    whole = passing.copy()  # of the lines that still advance
     share, thinnest, speeds = (
         np.broadcast_to(np.asarray(one, dtype=float), (lines,))
         for one in (ride.water_fraction, ride.thinnest_layer, ride.sliding_speed)
@@ -163,7 +168,7 @@ def films_along(
     )
     undercooling = ride.solid.melting_temperature - ice.temperature
     scale = np.broadcast_to(temperature_scale(undercooling, table), (lines,))
-    arrives, left, dt = np.arange(lines), np.full(lines, passing), np.full(lines, passing)
+    arrives, left, dt = np.arange(lines), whole.copy(), whole.copy()
     works, rate = list(np.zeros((3, lines))), np.zeros(lines)  # sums over a pixel, and d ln h / dt
     while at.size:
         if arrives.size:
@@ -172,19 +177,19 @@ def films_along(
             line = path.line[pixel]
             layer = np.where(path.enters[pixel], share[line], 1.0) * state.squeezed_height[arrives]
             state.squeezed_height[arrives] = np.maximum(layer, thinnest[line])
-            left[arrives] = passing
+            left[arrives] = whole[arrives]
             meets = arrives[path.enters[pixel]]
             if not insulated:
                 state.rubber[:, meets] = 0.0
             if ride.refreeze == "area":  # water meets cold ice
-                dt[meets], state.internal[MOLTEN, meets] = YOUNGEST * passing, 0.0
+                dt[meets], state.internal[MOLTEN, meets] = YOUNGEST * whole[meets], 0.0
             for work in works:
                 work[arrives] = 0.0
         trial = left / np.ceil(left / dt - SLACK)
-        begin, end = (load, load) if aged is None else aged.over(at, passing - left, trial)
+        begin, end = (load, load) if aged is None else aged.over(at, whole - left, trial)
         step, good, dt = control.trial(state, begin, end, trial, ice, scale, rubber, rate)
         bad = np.flatnonzero(~good)
-        if bad.size and dt[bad].min() < SHORTEST * passing:
+        if (dt[bad] < SHORTEST * whole[bad]).any():
             raise SimulationStopped(
                 "the film below the footprint cannot be advanced: even steps of "
                 f"{dt.min():.1g} s miss the tolerance"
@@ -198,7 +203,7 @@ def films_along(
         for work, more in zip(works, added, strict=True):
             more[bad] = 0.0
             work += more
-        arrives = np.flatnonzero(left <= SLACK * passing)
+        arrives = np.flatnonzero(left <= SLACK * whole)
         if not arrives.size:
             continue
         pixel = at[arrives]
@@ -210,18 +215,19 @@ def films_along(
         tell(pixel.size)
         ends = arrives[pixel == last[arrives]]
         if ends.size:
-            for whole, now in zip(leaving, state, strict=True):
-                whole[..., path.line[at[ends]]] = now[..., ends]
+            for every, now in zip(leaving, state, strict=True):
+                every[..., path.line[at[ends]]] = now[..., ends]
         leaves = arrives[gaps[pixel]]
         if leaves.size:
             pixel = at[leaves]
             content[:, gap[pixel]] = warm = state.ice[:, leaves]
-            state.ice[:, leaves] = ice.cooled(warm, passing * path.behind[pixel])
+            state.ice[:, leaves] = ice.cooled(warm, whole[leaves] * path.behind[pixel])
         at[arrives] += 1
         running = at <= last
         if not running.all():
             keep = np.flatnonzero(running)
-            arrives = np.flatnonzero((left <= SLACK * passing)[keep])
+            arrives = np.flatnonzero((left <= SLACK * whole)[keep])
+            whole = whole[keep]
             at, last, left, dt, scale = at[keep], last[keep], left[keep], dt[keep], scale[keep]
             state, load = state.take(keep), load.take(keep)
             ice, rubber = ice.take(keep), rubber.take(keep)
@@ -229,7 +235,7 @@ def films_along(
     # Melting ice is at the melting temperature; this removes rounding.
     T_m = ride.solid.melting_temperature
     surface = np.where(films.melting, T_m, films.temperature)
-    work = sliding * passing
+    work = sliding * passing[path.line]
     shear = np.divide(films.shear, work, out=np.zeros_like(work), where=work > 0.0)
     height = loads.height(films.height)
     return films._replace(shear=shear, height=height, temperature=surface), content, leaving

@@ -87,7 +87,7 @@ LOCKED = 1e-9  # 1 - S of rubber that a locked wheel has warmed
 class Ride(NamedTuple):
     """How ice passes the footprint: V and the sliding speed V S (m/s), T_0 (K), h0 (m).
 
-    T_0, V S and h0 may be arrays (ny,), one value for each line. water_speed: speed of squeezed-out
+    V, V S, T_0 and h0 may be arrays (ny,), one value for each line. water_speed: of squeezed-out
     water relative to the rubber, over the sliding speed. A viscosity table is read at the film's
     temperature. strength: tau_b of dry rubber on ice if it limits the shear; h0 may then be 0. age:
     ageing contact, or None. wet: water on the ice with load-bearing voids, or None. refreeze: which
@@ -95,7 +95,7 @@ class Ride(NamedTuple):
     it. own_temperature: of the rubber where it enters, K, or None for that of the ice.
     """
 
-    speed: float
+    speed: float | Array
     sliding_speed: float | Array
     temperature: float | Array
     initial_height: float | Array = FIRST_HEIGHT
@@ -168,7 +168,7 @@ class Ride(NamedTuple):
         with np.errstate(divide="ignore"):
             return np.divide(1.0, self.rubber_fraction)
 
-    def rubber(self, duration: float) -> RubberColumns | Insulated:
+    def rubber(self, duration: float | Array) -> RubberColumns | Insulated:
         """Rubber above the lines, which enters every contact at its first temperature.
 
         duration: of the ice in the patch, s. Heat in the rubber is steady in the frame of the
@@ -185,15 +185,18 @@ class Ride(NamedTuple):
         density = solid.density * np.maximum(self.rubber_fraction, LOCKED)
         T_m = self.solid.melting_temperature
         solid = solid._replace(density=density)
-        return RubberColumns(self.rubber_temperature, duration, solid, half, T_m)
+        times = np.array([np.min(duration), np.max(duration)])
+        return RubberColumns(self.rubber_temperature, times, solid, half, T_m)
 
     def lines(self, some: Index) -> Ride:
         """The ride of `some` of the lines."""
-        temperature, speed, height = (
+        speed, sliding, temperature, height = (
             np.asarray(one)[some] if np.ndim(one) else np.full(some.size, one)
-            for one in (self.temperature, self.sliding_speed, self.initial_height)
+            for one in (self.speed, self.sliding_speed, self.temperature, self.initial_height)
         )
-        return self._replace(temperature=temperature, sliding_speed=speed, initial_height=height)
+        return self._replace(
+            speed=speed, sliding_speed=sliding, temperature=temperature, initial_height=height
+        )
 
     @property
     def water_fraction(self) -> float | Array:

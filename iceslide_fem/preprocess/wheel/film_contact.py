@@ -47,7 +47,7 @@ class FilmContact:
         assert slid.ahead is not None  # of films
         return replace(self, start=slid.ahead())
 
-    def onset(self, pressure: Array, dx: float, passing: float, speed: Array) -> Onset:
+    def onset(self, pressure: Array, dx: float, passing: Array, speed: Array) -> Onset:
         """k eta v / (h + h_b), with the film, the water and the age of contact that has stuck."""
         ride = self.ride._replace(speed=passing, sliding_speed=speed)
         nowhere = np.zeros(pressure.shape, dtype=bool)
@@ -65,7 +65,7 @@ class FilmContact:
         (first, first_rest), (last, last_rest) = stress
         return Onset(Ends(first, last), Ends(first_rest, last_rest))
 
-    def slid(self, pressure: Array, slides: Mask, dx: float, passing: float, speed: Array) -> Slid:
+    def slid(self, pressure: Array, slides: Mask, dx: float, passing: Array, speed: Array) -> Slid:
         """Sliding contact by `footprint.film_map`, in which ice enters at the last column."""
         ride = self.ride._replace(speed=passing, sliding_speed=speed)
         films, ahead = self._films(pressure, slides, dx, ride)
@@ -124,11 +124,11 @@ class Contact(NamedTuple):
 
 
 def contacts_along(
-    ride: Ride, pressure: Array, passing: float, contact_of: ContactTable | ConstantContact
+    ride: Ride, pressure: Array, passing: Array, contact_of: ContactTable | ConstantContact
 ) -> tuple[Contact, Contact]:
     """The contact at both ends of pixels (n, nx), the first column at the leading edge.
 
-    passing: time of the ice per pixel, s.
+    passing: time of the ice per pixel of each line, s, (n,).
     """
     k, D, H_V, _ = contact_of(pressure)
     if ride.age is None:

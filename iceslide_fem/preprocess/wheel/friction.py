@@ -50,26 +50,26 @@ class SlipPoint(NamedTuple):
 def friction(
     footprint: PressureMap, rolls: Sequence[Rolling], tread: Tread, contact: SlidingContact
 ) -> list[SlipPoint]:
-    """Friction of wheels with equal speed and slip angle; ice enters at the last column.
+    """Friction of wheels that roll over the same footprint; ice enters at the last column.
 
     It is that of the last pass over the same ice; before it are others of the same slip ratio.
     Raises SimulationStopped if a step fails.
     """
     pressure, dx = footprint.pressure[:, ::-1], footprint.dx
-    passing = rolls[0].forward
-    parts, pattern = 1, tread.pattern
+    finer, pattern = 1, tread.pattern
     if pattern is not None:
-        fastest = max(one.sliding_speed for one in rolls)
-        parts = pattern.refinement(dx * fastest / passing)
-        pressure, dx = np.repeat(pressure, parts, axis=1), dx / parts
+        finer = pattern.refinement(dx * max(one.sliding_speed / one.forward for one in rolls))
+        pressure, dx = np.repeat(pressure, finer, axis=1), dx / finer
     seen = [
-        pressure if pattern is None else pattern.over(pressure, dx * one.sliding_speed / passing)
+        pressure
+        if pattern is None
+        else pattern.over(pressure, dx * one.sliding_speed / one.forward)
         for one in rolls
     ]
     lines = len(seen[0])
-    rise, speed, passing_of_tread = (
+    rise, speed, passing_of_tread, passing = (
         np.repeat([getattr(one, name) for one in rolls], lines)
-        for name in ("stretch", "sliding_speed", "passing")
+        for name in ("stretch", "sliding_speed", "passing", "forward")
     )
     with np.errstate(divide="ignore"):
         memory = tread.memory(dx / passing_of_tread)
@@ -119,7 +119,7 @@ def _point(
 def _brush(
     pressure: Array,
     dx: float,
-    passing: float,
+    passing: Array,
     rise: Array,
     speed: Array,
     memory: Memory,
@@ -151,7 +151,14 @@ def _brush(
 
 
 SMALL = 1e-4  # slip ratio for the slope at 0
-TOGETHER = 2_000_000  # largest number of pixels of all slip ratios per call
+TOGETHER = 2_000_000  # largest number of pixels of all wheels per call
+
+
+def calls_for(wheels: int, footprint: PressureMap, tread: Tread) -> int:
+    """Number of calls of `friction` for so many `wheels`, each with at most `TOGETHER` pixels."""
+    phases = 1 if tread.pattern is None else tread.pattern.phases
+    each = max(1, TOGETHER // (phases * footprint.pressure.size))
+    return -(-wheels // each)
 
 
 class Curve(NamedTuple):
@@ -213,14 +220,12 @@ def curves(
         )
         for member in case.members
     ]
-    phases = 1 if case.pattern is None else case.pattern.phases
-    together = max(1, TOGETHER // (phases * footprint.pressure.size))
     slips = np.array([*case.slip, SMALL])
-    parts = np.array_split(slips, -(-slips.size // together))
+    pieces = np.array_split(slips, calls_for(slips.size, footprint, members[0][2]))
     found = []
     for number, (member, contact, tread) in enumerate(members):
         points: list[SlipPoint] = []
-        for part in parts:
+        for part in pieces:
             rolls = [member.rolling(float(slip)) for slip in part]
             points += friction(footprint, rolls, tread, contact)
             tell((number + len(points) / slips.size) / len(members))

@@ -59,7 +59,7 @@ class LawContact:
         """The same."""
         return self
 
-    def onset(self, pressure: Array, dx: float, passing: float, speed: Array) -> Onset:
+    def onset(self, pressure: Array, dx: float, passing: Array, speed: Array) -> Onset:
         """Stress of the law's initial state."""
         at_ends = ends_of(pressure, pressure > 0.0)
         begins, rests = (
@@ -73,13 +73,14 @@ class LawContact:
         shear, *_ = self.law.at_start(self.film_height, flat.size)(flat, speeds)
         return np.where(pressure > 0.0, shear.reshape(pressure.shape), 0.0)
 
-    def slid(self, pressure: Array, slides: Mask, dx: float, passing: float, speed: Array) -> Slid:
+    def slid(self, pressure: Array, slides: Mask, dx: float, passing: Array, speed: Array) -> Slid:
         """Each line is one piece of ice that passes pixel after pixel; all have the same steps."""
         pressure = np.where(slides, pressure, 0.0)
         lines, columns = pressure.shape
         touching, dt = pressure > 0.0, dx / passing
         temperature = np.full(lines, self.temperature)
-        ice = Column(temperature, columns * dt, solid=self.solid, ground=self.ground)
+        times = columns * np.array([dt.min(), dt.max()])
+        ice = Column(temperature, times, solid=self.solid, ground=self.ground)
         log_height, squeezed, internal = self.law.initial(self.film_height, lines)
         heat = ice.initial(lines), INSULATED.initial(lines)
         state = InterfaceState(log_height, squeezed, *heat, internal, self.law.untouched(lines))
@@ -106,7 +107,7 @@ class LawContact:
         return np.asarray(shear)
 
     def _passed(
-        self, state: InterfaceState, pixel: Passing, dt: float, ice: Column
+        self, state: InterfaceState, pixel: Passing, dt: Array, ice: Column
     ) -> tuple[InterfaceState, Step]:
         """State after a pixel that passes in `dt` (s), and the last step. Raises
         SimulationStopped.
@@ -136,6 +137,6 @@ class LawContact:
             elif following < SHORTEST:
                 raise SimulationStopped(
                     f"the friction law {self.law.name} cannot be advanced below the wheel: even "
-                    f"steps of {following * dt:.2g} s miss the tolerance"
+                    f"steps of {following * dt.min():.2g} s miss the tolerance"
                 )
             trial = following

@@ -12,7 +12,7 @@ import numpy as np
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.wheel.brush import Rolling
 from iceslide_fem.preprocess.wheel.contact import SlidingContact
-from iceslide_fem.preprocess.wheel.friction import friction
+from iceslide_fem.preprocess.wheel.friction import calls_for, friction
 from iceslide_fem.preprocess.wheel.tread import Tread
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
@@ -21,7 +21,7 @@ if TYPE_CHECKING:  # slow import, needed for braking only
     from scipy.interpolate import RectBivariateSpline
 
 KMH = 3.6
-SPEEDS, SLIPS = 16, 41  # size of a table for a stop
+SPEEDS, SLIPS = 12, 41  # size of a table for a stop
 SMALLEST = 2.5e-3  # slip ratio above 0: below the peak of dry friction
 ROOM = 1.2  # of the first speed: other starts of the same stop are above it
 
@@ -128,10 +128,13 @@ def slip_table(
 
     Raises SceneError if they are invalid axes, SimulationStopped if a step fails.
     """
-
-    def row(speed: float) -> list[float]:
-        rolls = [Rolling(float(speed), float(slip)) for slip in slips]
-        return [point.mu for point in friction(footprint, rolls, tread, contact)]
-
-    mu = np.array([row(speed) for speed in speeds])
-    return SlipTable(np.asarray(speeds, float), np.asarray(slips, float), mu)
+    rolls = [Rolling(float(speed), float(slip)) for speed in speeds for slip in slips]
+    mu: list[float] = []
+    for some in np.array_split(np.arange(len(rolls)), calls_for(len(rolls), footprint, tread)):
+        found = friction(footprint, [rolls[number] for number in some], tread, contact)
+        mu += [point.mu for point in found]
+    return SlipTable(
+        np.asarray(speeds, float),
+        np.asarray(slips, float),
+        np.reshape(mu, (len(speeds), len(slips))),
+    )
