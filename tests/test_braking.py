@@ -197,7 +197,7 @@ def test_what_is_written_and_drawn_is_the_stop():
 def test_a_deceleration_is_measured_between_two_speeds():
     stop = brake_ideally(CONSTANT, 15.0, 1.5, CAR)
     assert np.isclose(stop.between(12.0, 3.0), 0.1 * GRAVITY, rtol=1e-6)
-    late = brake(CONSTANT, 15.0, 1.5, CAR, Brake(1500.0, 2.0))
+    late = brake(CONSTANT, 15.0, 1.5, CAR, Brake(1500.0, 5.0))
     assert late.deceleration < 0.99 * late.between(12.0, 3.0)  # the torque rises before
     assert np.isclose(late.between(12.0, 3.0), 0.1 * GRAVITY, rtol=1e-3)
 

@@ -135,6 +135,11 @@ def test_slices_are_compared_and_their_runs_kept(tmp_path):
     scene = """
 name = "small"
 model = "slice"
+[rubber]
+compound = "B"
+length = "20 mm"
+width = "10 mm"
+height = "8 mm"
 [load]
 pressure = "1 bar"
 speed = "3 m/s"
@@ -145,12 +150,12 @@ refinement = 0.5
 [output]
 times = 2
 """
-    more = '[variations.SOFT]\nrubber.C10 = "0.1 MPa"\nrubber.C01 = "0.06 MPa"\n'
+    more = '[variations.MORE]\nfilm.k_scale = 1.2\n'
     paths = files(tmp_path, REF=scene, more=more)
     found = iceslide_fem.compare(*paths, out=tmp_path / "out")
     assert found["ratio"].shape == (1, 2) and np.isfinite(found["ratio"]).all()
     runs = sorted(path.name for path in (tmp_path / "out" / "cases").iterdir())
-    assert runs == ["REF_as_given", "SOFT_as_given"]
+    assert runs == ["MORE_as_given", "REF_as_given"]
 
 
 @pytest.mark.parametrize(

@@ -235,7 +235,7 @@ def test_the_stop_of_a_footprint_is_of_the_car_that_it_carries(tmp_path, capsys)
         (["--abs", "--build-below", "0.4"], "is not below --release-above 0.3"),
         (["--abs", "--measure", "20km/h"], "is not of the form 20km/h:5km/h"),
         (["--abs", "--measure", "5km/h:20km/h"], "does not go down"),
-        (["--abs", "--measure", "60km/h:5km/h"], "is not within the stop, 50 to 5 km/h"),
+        (["--abs", "--measure", "60km/h:5km/h"], "is not within the stop, 20 to 5 km/h"),
         (["--abs", "--end-speed", "60km/h"], "is not below --speed"),
         (["--abs", "--slip-angle", "3deg"], "a stop goes straight"),
     ],

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.scene.command_options import as_number
 from iceslide_fem.scene.units import Quantity
 
 LOAD = Quantity("N", "1 N", "1e6 N")
@@ -35,7 +36,7 @@ def tir(
     case, newtons = wheel_in(folder), None
     if load is not None:
         try:
-            newtons = LOAD.in_range(load)
+            newtons = LOAD.in_range(as_number(load))
         except ValueError as error:
             raise SceneError(
                 f'--load "{load}" {error}; allowed: {LOAD.low} to {LOAD.high}'
