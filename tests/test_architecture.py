@@ -27,7 +27,7 @@ FLOORS = [
     {"preprocess", "simulate"},
     {"workflow"},
     {"inference"},
-    {"api"},
+    {"api", "exchange"},
     {"app"},
     {"commands"},
     {"cli"},
@@ -35,7 +35,16 @@ FLOORS = [
 FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
 # What needs no finite elements is usable without them, and starts fast.
 WITHOUT_FENICS = {"runtime", "relaxation", "scene", "film", "laws", "reference"}
-WITHOUT_FENICS |= {"relaxation", "preprocess", "postprocess", "api", "app", "commands", "cli"}
+WITHOUT_FENICS |= {
+    "relaxation",
+    "preprocess",
+    "postprocess",
+    "api",
+    "exchange",
+    "app",
+    "commands",
+    "cli",
+}
 FINITE_ELEMENTS = {
     "basix",
     "dolfinx",

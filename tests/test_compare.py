@@ -150,7 +150,7 @@ refinement = 0.5
 [output]
 times = 2
 """
-    more = '[variations.MORE]\nfilm.k_scale = 1.2\n'
+    more = "[variations.MORE]\nfilm.k_scale = 1.2\n"
     paths = files(tmp_path, REF=scene, more=more)
     found = iceslide_fem.compare(*paths, out=tmp_path / "out")
     assert found["ratio"].shape == (1, 2) and np.isfinite(found["ratio"]).all()

@@ -78,6 +78,16 @@ def test_the_file_has_the_curves_with_the_signs_of_its_convention():
     assert file["FNOMIN"] == 3432.0 and file["UNLOADED_RADIUS"] == 0.3
 
 
+def test_another_program_has_the_same_forces():
+    pacejka = pytest.importorskip("pacejka")
+    one = MagicFormula(46.292, 2.0144, 0.2766, 0.8598)
+    file = entries(tyre_property_file(one, one, 3432.0, 0.3, 5.0, []))
+    B = file["PKX1"] / (file["PCX1"] * file["PDX1"])
+    tire = pacejka.Tire.from_constants("ice", file["PDX1"], B, file["PCX1"], file["PEX1"])
+    _, force = tire.calculate_forces(3432.0, 0.0, SLIPS, friction_circle=False)
+    assert force == pytest.approx(3432.0 * one(SLIPS), rel=1e-7, abs=1e-4)
+
+
 @pytest.mark.quick
 def test_a_case_is_read_from_its_command():
     options = {

@@ -305,6 +305,16 @@ def test_constants_of_the_cost_are_found_from_runs_that_have_them(capsys):
     assert "over measured: 1.00, 1.00, 1.00" in printed
 
 
+def test_the_grip_index_of_a_compound_and_a_pattern_is_that_of_another_program():
+    _, row = printed("ice_grip", "--questions", "settings")[0:3:2]
+    deceleration, ideal, one, phases, of_ideal = (float(cell) for cell in row[1:6])
+    assert deceleration == pytest.approx(1.3622, rel=2e-3)
+    assert ideal == pytest.approx(2.4947, rel=2e-3)
+    assert one == pytest.approx(1.1388, rel=3e-3) and of_ideal == pytest.approx(1.1781, rel=3e-3)
+    assert phases < one - 0.02  # one start is no mean
+    assert float(row[6]) == pytest.approx(0.9470, rel=2e-3)
+
+
 def test_dry_stress_is_predicted_before_it_is_compared():
     text = output("dry_calibration", "--quick")
     assert "Film law alone, 20 mm, 2 bar, 4 m/s, -4 degC: mean mu 0.208." in text

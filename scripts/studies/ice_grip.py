@@ -2,7 +2,8 @@
 
 `index`: `iceslide compare` on cases/tyres at four temperatures, with its seconds. `settings`:
 decelerations and ratios at -4 degC with finer tables, pixels and tolerance. `starts`: the ratio of
-compounds by the start of the stop, and its means over phases. `wet`: two patterns below water.
+compounds by the start of the stop, and its means over phases. `wet`: two patterns, with grooves of
+4 and 8 mm, on wet ice near melting.
 `bands`: the band of a ratio to first order beside that of samples, for points. Another program's
 values at -4 degC, on its finest table and for one start at 25 km/h: reference 1.3622 (thresholds)
 and 2.4947 m/s2 (ideal), A over it 1.1388 and 1.1781, B 0.9470 and 0.9284; A by thresholds over 25
@@ -123,17 +124,22 @@ def starts() -> Iterator[tuple[object, ...]]:
     yield "8 phases of a cycle, the default", f"{of_phases:.4f}"
 
 
-def index(temperature: str, more: dict[str, object]) -> Iterator[tuple[object, ...]]:
+def index(
+    temperature: str, more: dict[str, object], files: tuple[Path, list[Path]] = FILES
+) -> Iterator[tuple[object, ...]]:
     """`iceslide compare`: its rows."""
     with tempfile.TemporaryDirectory() as folder:
         given = {
-            "source": FILES[0], "others": tuple(FILES[1]), "temperature": temperature,
+            "source": files[0], "others": tuple(files[1]), "temperature": temperature,
             "stop": "25km/h", "measure": "20km/h:5km/h", **more,
         }  # fmt: skip
         done = run(COMPARE, given, Path(folder) / "compare")
     for place in done.figures["conditions"]:
         for name, one in place["candidates"].items():
             inputs = one["ratio_inputs"]
+            if one["ratio"] is None:
+                yield place["name"], name, "none", "", "", "", ""
+                continue
             yield (
                 place["name"], name, f"{one['deceleration_threshold']:.4f}",
                 f"{one['deceleration_ideal']:.4f}", f"{one['ratio']:.4f}",
@@ -143,6 +149,16 @@ def index(temperature: str, more: dict[str, object]) -> Iterator[tuple[object, .
     for said in (*done.figures["sentences"], *done.figures["rules"]):
         print(said)
     print(f"{done.figures['wall_s']:.1f} s")
+
+
+def patterns(folder: Path) -> tuple[Path, list[Path]]:
+    """Files of the reference with grooves of 4 mm, and of a variation with 8 mm."""
+    text = FILES[0].read_text(encoding="utf-8").replace(' = "even', f' = "{TYRES}/even')
+    text = text.replace('"../surfaces', f'"{TYRES}/../surfaces')
+    first, other = folder / "narrow.toml", folder / "more.toml"
+    first.write_text(text + 'pitch = "28 mm"\ngroove = "4 mm"\n', encoding="utf-8")
+    other.write_text('[variations.wide]\ngroove = "8 mm"\n', encoding="utf-8")
+    return first, [other]
 
 
 def bands() -> Iterator[tuple[object, ...]]:
@@ -190,7 +206,10 @@ def main() -> None:
     if "wet" in given.questions:
         waters = "0um" if given.quick else "0um,20um,50um"
         more: dict[str, object] = {"water": waters}
-        table(head, list(index("-5degC" if given.quick else "-5degC,-2degC", more)))
+        with tempfile.TemporaryDirectory() as folder:
+            files = patterns(Path(folder))
+            found = list(index("-5degC" if given.quick else "-5degC,-2degC", more, files))
+        table(head, found)
     if "settings" in given.questions:
         head_of_settings = (
             "table", "reference, thresholds", "ideal", "A, one start", "phases", "ideal",
