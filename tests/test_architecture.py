@@ -35,16 +35,8 @@ FLOORS = [
 FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
 # What needs no finite elements is usable without them, and starts fast.
 WITHOUT_FENICS = {"runtime", "relaxation", "scene", "film", "laws", "reference"}
-WITHOUT_FENICS |= {
-    "relaxation",
-    "preprocess",
-    "postprocess",
-    "api",
-    "exchange",
-    "app",
-    "commands",
-    "cli",
-}
+WITHOUT_FENICS |= {"relaxation", "preprocess", "postprocess", "api", "exchange", "app"}
+WITHOUT_FENICS |= {"commands", "cli"}
 FINITE_ELEMENTS = {
     "basix",
     "dolfinx",

@@ -17,14 +17,14 @@ LEVEL = 0.95
 STARTS, TRIED = 3, 64  # of fits beside the scene's own, and of places looked at for them
 PLACES_SEED = 0
 STEP = 1e-5  # of ln p, at which a fit ends
-LOOSE = 1e-3  # the same of fits on profiles and without a row, which start near their end
+LOOSE = 1e-4  # the same of fits on profiles and without a row, which start near their end
 APART = 0.1  # of ln p, from which two fits are not the same
 FARTHEST = 2.5  # step along a profile, in standard errors
 AT_BOUND = 1e-3  # of ln of the bounds' ratio
 HELD = 0.01  # of the variance, by which the sum of squares would fall beyond a bound
 OPEN = 0.5  # standard error of ln p from which a direction is not determined
 PART = 0.2  # of a direction, from which a parameter belongs to it
-CLOSE = 0.02  # of a standard error, at which the end of an interval is found
+CLOSE = 0.005  # of a standard error, at which the end of an interval is found
 
 
 class Solution(NamedTuple):

@@ -84,7 +84,7 @@ class Stop:
         )
 
 
-LONGEST = 600.0  # s, limit of a stop
+WEAKEST = 0.05  # m/s2, least mean deceleration of a stop
 PICTURED = 0.05  # s, largest time between two rows of a history
 V, OMEGA, X, TORQUE, CONTACT, BRAKE = range(6)  # indices of the state; the last two are works, J
 
@@ -101,7 +101,7 @@ def brake(
     """Brake from `speed` to `end_speed` (m/s), with constant torque or `threshold` control.
 
     tolerance: relative error of a step. Raises SceneError if the table does not contain both speeds
-    or their order is wrong, SimulationStopped if the stop takes longer than `LONGEST`.
+    or their order is wrong, SimulationStopped if the car decelerates by less than `WEAKEST`.
     """
     from scipy.integrate import solve_ivp
 
@@ -117,7 +117,7 @@ def brake(
         events = wheel.events(end_speed, brakes, releases, threshold)
         # Implicit: the slip of a slow wheel follows its torque in less than a millisecond.
         found = solve_ivp(
-            wheel, (time, LONGEST), state, method="Radau", rtol=tolerance, atol=tolerance * scale,
+            wheel, (time, speed / WEAKEST), state, method="Radau", rtol=tolerance, atol=tolerance * scale,
             max_step=PICTURED, events=list(events.values()),
         )  # fmt: skip
         happened = [name for name, at in zip(events, found.t_events, strict=True) if at.size]
@@ -171,11 +171,11 @@ def brake_ideally(
     energy = _kinetic_energy(car, speed, 0.0)
     scale = tolerance * np.array([speed, speed**2, energy, energy])
     found = solve_ivp(
-        motion, (0.0, LONGEST), [speed, 0.0, 0.0, 0.0], rtol=tolerance, atol=scale,
+        motion, (0.0, speed / WEAKEST), [speed, 0.0, 0.0, 0.0], rtol=tolerance, atol=scale,
         max_step=PICTURED, events=_event(slow, -1.0),
     )  # fmt: skip
     if not found.t_events[0].size:
-        raise SimulationStopped(f"the friction is too weak to brake within {LONGEST:g} s")
+        raise SimulationStopped(f"the friction is too weak to brake within {speed / WEAKEST:.0f} s")
     v, x, contact, braked = found.y
     slip, mu = np.array([table.peak(each) for each in v]).T
     torque = mu * car.wheel_load * car.radius
