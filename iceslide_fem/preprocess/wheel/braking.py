@@ -117,8 +117,8 @@ def brake(
         events = wheel.events(end_speed, brakes, releases, threshold)
         # Implicit: the slip of a slow wheel follows its torque in less than a millisecond.
         found = solve_ivp(
-            wheel, (time, speed / WEAKEST), state, method="Radau", rtol=tolerance, atol=tolerance * scale,
-            max_step=PICTURED, events=list(events.values()),
+            wheel, (time, speed / WEAKEST), state, method="Radau", rtol=tolerance,
+            atol=tolerance * scale, max_step=PICTURED, events=list(events.values()),
         )  # fmt: skip
         happened = [name for name, at in zip(events, found.t_events, strict=True) if at.size]
         if not happened:
