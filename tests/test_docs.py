@@ -184,6 +184,8 @@ def test_commands_exist_with_their_options(page):
     for name, *words in commands(page):
         assert name in group.commands, name
         _, command, _ = group.resolve_command(typer.Context(group), [name])
+        if parts := getattr(command, "commands", None):
+            command, words = parts[words[0]], words[1:]
         options = {option for parameter in command.params for option in parameter.opts}
         own = words[: words.index("--")] if "--" in words else words
         given = {word.partition("=")[0] for word in own if word.startswith("--")}

@@ -8,10 +8,7 @@ from typing import Annotated
 import typer
 
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.scene.command_options import as_number
-from iceslide_fem.scene.units import Quantity
 
-LOAD = Quantity("N", "1 N", "1e6 N")
 Folder = Annotated[
     Path, typer.Argument(metavar="DIR", help="What iceslide wheel wrote.", show_default=False)
 ]
@@ -32,14 +29,17 @@ def tir(
     """A tyre property file: Magic Formula of MF 5.2, pure longitudinal and lateral slip."""
     from iceslide_fem.exchange.exported import formulas_of, wheel_in, write_tir
     from iceslide_fem.exchange.magic_formula import SAID
+    from iceslide_fem.scene.command_options import as_number
+    from iceslide_fem.scene.units import Quantity
 
     case, newtons = wheel_in(folder), None
     if load is not None:
+        allowed = Quantity("N", "1 N", "1e6 N")
         try:
-            newtons = LOAD.in_range(as_number(load))
+            newtons = allowed.in_range(as_number(load))
         except ValueError as error:
             raise SceneError(
-                f'--load "{load}" {error}; allowed: {LOAD.low} to {LOAD.high}'
+                f'--load "{load}" {error}; allowed: {allowed.low} to {allowed.high}'
             ) from None
     path = out or folder / "wheel.tir"
     found = formulas_of(case, newtons)

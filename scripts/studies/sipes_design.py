@@ -55,6 +55,8 @@ class Design(NamedTuple):
     @classmethod
     def at(cls, x: Array) -> Design:
         """From the numbers of the search."""
+        if x[0] < 1.0:
+            return cls(0, DEPTHS[0], WIDTHS[0])
         return cls(int(x[0]), round(float(x[1]), 4), round(float(x[2]), 5))
 
     def __str__(self) -> str:
@@ -126,7 +128,7 @@ def main() -> None:
     ranked = sorted(worth, key=lambda one: -worth[one])
     plain = Design(0, DEPTHS[0], WIDTHS[0])
     best = ranked[0]
-    shown = [plain, *ranked[:3], ranked[-1]]
+    shown = [*dict.fromkeys([plain, *ranked[:3], ranked[-1]])]
     coarse, fine = mu_of(shown, QUICK), mu_of(shown, FINE)
     head = ("sipes", *(f"mu at {c:g} °C" for c in CELSIUS), "over none", "finer mesh: over none")
     rows = [

@@ -12,7 +12,7 @@ from iceslide_fem.preprocess.wheel.quarter_car import Brake, QuarterCar, Thresho
 from iceslide_fem.scene.command_options import CommandOptions, Number, Part, as_number, option
 from iceslide_fem.scene.units import Quantity
 
-LATER = 0.8  # of the first speed, where a measurement begins: the brake has built up by then
+LATER = 0.8  # of the speed that a stop loses: a measurement begins when the brake has built up
 PHASES = 8  # starts of a stop: their mean is within 0.3 % of that of 25 (docs/explanation/wheel.md)
 CAR, BRAKE, CONTROL = QuarterCar(), Brake(), Threshold()
 TORQUE_RATE = Quantity("N m/s", "1 N m/s", "1e6 N m/s")
@@ -62,7 +62,7 @@ class StopOptions(CommandOptions):
     )
     measure: Measured | None = option(
         None, "Speeds between which its deceleration is measured: 20km/h:5km/h.", "V:V",
-        f"{LATER:g} of the first one to the end",
+        f"from {LATER:g} of what a stop loses to its end",
     )  # fmt: skip
     phases: Annotated[int, Field(ge=1, le=100), Number] = option(
         PHASES, "Starts of the stop by thresholds, over one cycle of the control.", "N", str(PHASES)
@@ -116,4 +116,4 @@ class StopOptions(CommandOptions):
 
     def measured_from(self, speed: float) -> tuple[float, float]:
         """Speeds (m/s) between which a stop from `speed` is measured."""
-        return self.measure or (max(LATER * speed, self.end_speed), self.end_speed)
+        return self.measure or (self.end_speed + LATER * (speed - self.end_speed), self.end_speed)
