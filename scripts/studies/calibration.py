@@ -3,7 +3,9 @@
 Rows are those of `cold_point` at known parameters of dry friction, with noise of mu: 4 speeds, 2
 pressures, 4 temperatures, 20 mm of sliding. `known` fits one set and prints parameters, intervals
 and seconds; `coverage` fits --sets sets, on this design and on one near the melting point, and
-counts how often 95 % intervals by profiles, and by the Jacobian alone, hold the truth.
+counts how often 95 % intervals by profiles, and by the Jacobian alone, hold the truth. `tests`
+counts how often the test behind these profiles does: with one parameter held at its truth the best
+sum of squares rises by no more than its limit. It needs no search for ends.
 """
 
 from __future__ import annotations
@@ -13,9 +15,10 @@ from collections.abc import Iterator, Sequence
 from time import perf_counter
 
 import numpy as np
+from scipy.stats import f as fisher
 from scipy.stats import t as student
 
-from iceslide_fem.inference.calibrate.fit import Fit, fit, leave_one_out
+from iceslide_fem.inference.calibrate.fit import LEVEL, Fit, fit, leave_one_out, solve, starts
 from iceslide_fem.inference.calibrate.measured import Measured
 from iceslide_fem.inference.calibrate.output import rms
 from iceslide_fem.inference.calibrate.problem import Fitted, Problem, fitted
@@ -108,9 +111,36 @@ def coverage(sets: int, names: Sequence[str]) -> Iterator[tuple[object, ...]]:
             yield name, one, sets, by_profile, by_line
 
 
+def tests(sets: int, names: Sequence[str]) -> Iterator[tuple[object, ...]]:
+    """How often the truth of each parameter passes the test of its profile."""
+    truth = np.log(list(TRUTH.values()))
+    for name in names:
+        temperatures = DESIGNS[name]
+        rng, passed = np.random.default_rng(SEED), np.zeros(truth.size, dtype=int)
+        rows = len(SPEEDS) * len(PRESSURES) * len(temperatures)
+        limit = fisher.ppf(LEVEL, 1, rows - truth.size)
+        for _ in range(sets):
+            problem = known_problem(temperatures, NOISE * rng.standard_normal(rows))
+            best = best_of(problem, [*starts(problem), truth])
+            variance = best / (rows - truth.size)
+            for number in range(truth.size):
+                others = np.where(np.arange(truth.size) == number, truth, problem.start)
+                held = best_of(problem, [truth, others], number)
+                passed[number] += (held - best) / variance <= limit
+        for one, count in zip(TRUTH, passed, strict=True):
+            yield name, one, sets, count
+
+
+def best_of(problem: Problem, starting: Sequence[Array], fixed: int | None = None) -> float:
+    """The least sum of squares of fits from some starts."""
+    return min(solve(problem, start, fixed).squares for start in starting)
+
+
 def main() -> None:
     parser = options(__doc__)
-    parser.add_argument("--questions", nargs="+", choices=("known", "coverage"), default=["known"])
+    parser.add_argument(
+        "--questions", nargs="+", choices=("known", "coverage", "tests"), default=["known"]
+    )
     parser.add_argument("--sets", type=int, default=100)
     parser.add_argument("--designs", nargs="+", choices=[*DESIGNS], default=[*DESIGNS])
     parser.add_argument("--quick", action="store_true", help="few sets")
@@ -121,6 +151,10 @@ def main() -> None:
         sets = 2 if given.quick else given.sets
         head = ("temperatures, °C", "parameter", "sets", "profiles hold", "linear ones hold")
         table(head, coverage(sets, given.designs))
+    if "tests" in given.questions:
+        sets = 2 if given.quick else given.sets
+        head_of_tests = ("temperatures, °C", "parameter", "sets", "pass")
+        table(head_of_tests, tests(sets, given.designs))
 
 
 if __name__ == "__main__":

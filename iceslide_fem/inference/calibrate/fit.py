@@ -66,7 +66,7 @@ class Fit(NamedTuple):
 
 def fit(problem: Problem, level: float = LEVEL) -> Fit:
     """Fit all parameters, with intervals at a `level`. Raises SimulationStopped."""
-    solutions = [_solve(problem, start) for start in _starts(problem)]
+    solutions = [solve(problem, start) for start in starts(problem)]
     best = min(solutions, key=lambda one: one.squares)
     p, rows = best.z.size, problem.measured.number
     variance = 1.0 if problem.measured.known else best.squares / (rows - p)
@@ -85,7 +85,7 @@ def fit(problem: Problem, level: float = LEVEL) -> Fit:
     return Fit(best, variance, covariance, singular, directions.T, tuple(ends), other)
 
 
-def _starts(problem: Problem) -> list[Array]:
+def starts(problem: Problem) -> list[Array]:
     """The scene's own parameters, and the best of some places spread over the bounds."""
     places = qmc.LatinHypercube(problem.start.size, seed=PLACES_SEED).random(TRIED)
     spread = problem.low + places * (problem.high - problem.low)
@@ -94,7 +94,7 @@ def _starts(problem: Problem) -> list[Array]:
     return [problem.start, *spread[order[:STARTS]]]
 
 
-def _solve(
+def solve(
     problem: Problem,
     start: Array,
     fixed: int | None = None,
@@ -162,7 +162,7 @@ def _interval(
                 return found[z]
             guess = np.clip(last.z + along * (z - last.z[number]), problem.low, problem.high)
             guess[number] = z
-            last = _solve(problem, guess, fixed=number, step=LOOSE)
+            last = solve(problem, guess, fixed=number, step=LOOSE)
             profile.append((z, last.squares))
             rise = max(last.squares - best.squares, 0.0) / variance
             found[z] = float(np.sqrt(rise) - np.sqrt(limit))
@@ -189,7 +189,7 @@ def leave_one_out(problem: Problem, best: Solution) -> Array:
         for number in range(rows):
             task.show(number, f"fit without row {number + 1}")
             own = row == number
-            found[own] = _solve(problem, best.z, kept=~own, step=LOOSE).residuals[own]
+            found[own] = solve(problem, best.z, kept=~own, step=LOOSE).residuals[own]
     return found
 
 

@@ -14,6 +14,7 @@ from iceslide_fem.runs.model_levels import resolved
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import Scene, flat, put, scene_from_dict
+from iceslide_fem.scene.command_options import scene_keys
 from iceslide_fem.scene.rows import names_a_file
 from iceslide_fem.scene.toml import read_scene
 
@@ -42,9 +43,19 @@ class Candidate(NamedTuple):
         scene = self.scene.as_dict()
         if self.wheel is None:
             return scene
-        options = self.wheel.model_dump(mode="json")
+        own = [
+            name
+            for name, field in WheelCase.model_fields.items()
+            if not scene_keys(field) and name not in ("scene", "vary")
+        ]
+        options = {name: getattr(self.wheel, name) for name in own}
+        options["stiffness"] = self.wheel.stiffness and self.wheel.stiffness.value
+        plain = {
+            name: str(value) if isinstance(value, tuple | Path) else value
+            for name, value in options.items()
+        }
         law = {key: scene[key] for key in ("rubber", "film", "ice", "friction", "water")}
-        return {WHEEL: {key: options[key] for key in options if key != "scene"}, **law}
+        return {WHEEL: plain, **law}
 
     def under(self, scene: Scene) -> Candidate:
         """The same with another scene."""

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import shutil
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -29,17 +31,19 @@ def compute(case: CompareCase) -> Comparison:
     """The values of all candidates. Raises SceneError, SimulationStopped."""
     grid, inputs, output = case.all_of, case.inputs, case.quantity
     folder: Path | None = None
-    with LongTask(1.0) as shown:
+    with ExitStack() as undo, LongTask(1.0) as shown:
         if case.kind == "scenes":
             folder = Path(tempfile.mkdtemp(prefix="compare-"))
+            undo.callback(shutil.rmtree, folder, ignore_errors=True)
             values = values_of_scenes(grid, case.run_names, inputs, output, folder)
         else:
             tyres = [one.tyre() for one in case.candidates]
             values = values_of_wheels(grid, tyres, inputs, output, shown.show)
-    found = Comparison(case, values, folder)
-    if not any(found.ratios(number) for number in range(1, len(found.names))):
-        raise SimulationStopped(f"nothing could be compared: {values.failures[0]}")
-    return found
+        found = Comparison(case, values, folder)
+        if not any(found.ratios(number) for number in range(1, len(found.names))):
+            raise SimulationStopped(f"nothing could be compared: {values.failures[0]}")
+        undo.pop_all()  # the runs are moved where they belong
+        return found
 
 
 def words(figures: Mapping[str, Any]) -> Words:
@@ -60,19 +64,22 @@ def words(figures: Mapping[str, Any]) -> Words:
         summary=" ".join(figures["sentences"]),
         lines=[("compared", figures["output"]), ("seconds", f"{figures['wall_s']:.1f}")],
         left_out=LEFT_OUT,
-        tables=[Table(f"{figures['output']} of all", HEAD, rows)],
+        tables=[what, Table(f"{figures['output']} of all", HEAD, rows)],
         remarks=[*figures["sentences"], *(f"{said}." for said in figures["rules"])],
-        more=[Section("different", "In what they differ", [what, *_pages(figures, names)])],
+        more=_pages(figures),
     )
 
 
-def _pages(figures: Mapping[str, Any], names: Sequence[str]) -> list[Text]:
+def _pages(figures: Mapping[str, Any]) -> list[Section]:
     """How to see the fields of runs side by side."""
     if not figures["runs"]:
         return []
-    return [Text("Curves and fields of its runs side by side:"), Text(
-        "iceslide report " + " ".join(f"DIR/cases/{run}" for run in figures["runs"][0]), "code"
-    )]  # fmt: skip
+    folders = " ".join(f"DIR/cases/{run}" for run in figures["runs"][0])
+    parts = [
+        Text("A page with curves and fields of the runs of one condition side by side:"),
+        Text(f"iceslide report {folders}", "code"),
+    ]
+    return [Section("runs", "The runs", parts)]
 
 
 def _row(condition: str, name: str, one: Mapping[str, Any]) -> list[str]:

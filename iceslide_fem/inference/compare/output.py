@@ -88,7 +88,9 @@ def figures(case: CompareCase, found: Comparison) -> dict[str, Any]:
     value = found.values.fine[case.quantity]
     if case.quantity == "deceleration_threshold":
         reference = {
-            here.name: float(value[0, place]) for place, here in enumerate(case.conditions)
+            here.name: float(value[0, place])
+            for place, here in enumerate(case.conditions)
+            if np.isfinite(value[0, place])
         }
         index = {
             name: found.ratios(number) for number, name in enumerate(found.names) if number > 0
@@ -117,9 +119,11 @@ def _condition(found: Comparison, place: int) -> dict[str, Any]:
         ratio = found.ratios(number).get(here.name)
         exact = not slopes.inputs.keys
         candidates[name] = {
-            "value": value if np.isfinite(value) else None,
-            "value_numerical": value * found.numerical_of_value[number],
-            "value_inputs": None if exact else value * float(slopes.band_of_value(number)[place]),
+            "value": _known(value),
+            "value_numerical": _known(value * found.numerical_of_value[number]),
+            "value_inputs": None
+            if exact
+            else _known(value * float(slopes.band_of_value(number)[place])),
             "ratio": ratio and ratio.value,
             "ratio_numerical": ratio and ratio.value * ratio.numerical,
             "ratio_inputs": ratio and (None if exact else ratio.value * (ratio.inputs or 0.0)),
@@ -127,7 +131,7 @@ def _condition(found: Comparison, place: int) -> dict[str, Any]:
             "ratio_high": ratio and ratio.high,
             "verdict": ratio and ("reference" if number == 0 else ratio.verdict),
             **{
-                key: float(found.values.fine[key][number, place])
+                key: _known(float(found.values.fine[key][number, place]))
                 for key in OUTPUTS[found.case.kind]
                 if key in found.values.fine
             },
@@ -138,6 +142,11 @@ def _condition(found: Comparison, place: int) -> dict[str, Any]:
         "water_m": here.water,
         "candidates": candidates,
     }
+
+
+def _known(value: float) -> float | None:
+    """A number, None for NaN: JSON has none."""
+    return value if np.isfinite(value) else None
 
 
 def _runs(case: CompareCase) -> list[list[str]]:
@@ -169,10 +178,13 @@ def write(case: CompareCase, found: Comparison, out: Path) -> None:
     columns = {key: [np.nan if row[key] is None else row[key] for row in rows] for key in rows[0]}
     columns["condition"] = [f'"{name}"' for name in columns["condition"]]
     replace_file(out / TABLE, csv_text(columns))
-    if found.runs is not None and (found.runs / RUNS).is_dir():
+    if found.runs is None:
+        return
+    if (found.runs / RUNS).is_dir():
         for path in (found.runs / RUNS).glob("*_coarse"):
             shutil.rmtree(path)
         shutil.move(found.runs / RUNS, out / RUNS)
+    shutil.rmtree(found.runs)
 
 
 def charts(case: CompareCase, found: Comparison) -> Mapping[str, Sequence[Chart]]:
@@ -191,30 +203,36 @@ def charts(case: CompareCase, found: Comparison) -> Mapping[str, Sequence[Chart]
         x, axis = np.array(case.temperature) - ZERO_CELSIUS, "ice temperature (°C)"
         waters = [slice(place, None, every) for place in range(every)]
         curves_of = [f", {1e6 * water:.4g} µm" for water in case.water] or [""]
+    alone = np.size(x) == 1
     value = found.values.fine[case.quantity]
     of_values, of_ratios, look = [], [], 0
     for number, name in enumerate(found.names):
         ratios = found.ratios(number)
         for some, more in zip(waters, curves_of, strict=True):
             here = [condition.name for condition in case.conditions[some]]
-            of_values.append(Curve(f"{name}{more}", x, value[number, some], look))
+            of_values.append(Curve(f"{name}{more}", x, value[number, some], look, alone))
             if number > 0:
                 known = [ratios.get(condition) for condition in here]
-                middle = [np.nan if one is None else one.value for one in known]
+                middle = [np.nan if one is None else percent(one.value) for one in known]
                 of_ratios += [
-                    Curve(f"{name}{more}", x, middle, look),
+                    Curve(f"{name}{more}", x, middle, look, alone),
                     Curve(f"{name}{more}, band", *_bars(x, known), look),
                 ]
             look += 1
     ends = np.array([np.min(x), np.max(x)])
-    of_ratios.append(Curve(found.names[0], ends, np.ones(2), 0))
+    of_ratios.append(Curve(found.names[0], ends, np.zeros(2), 0, alone))
     said = " ".join(found.sentences)
     return {
         "compare": [
-            Chart("ratio", f"Over {found.names[0]}", said, axis, "ratio", of_ratios),
+            Chart("ratio", f"Over {found.names[0]}", said, axis, "difference (%)", of_ratios),
             Chart("value", "Values", f"{case.quantity} of each.", axis, label, of_values),
         ]
     }
+
+
+def percent(ratio: float) -> float:
+    """Difference to the reference, %."""
+    return 100.0 * (ratio - 1.0)
 
 
 def _bars(x: Any, ratios: Sequence[Ratio | None]) -> tuple[list[float], list[float]]:
@@ -223,5 +241,5 @@ def _bars(x: Any, ratios: Sequence[Ratio | None]) -> tuple[list[float], list[flo
     for place, ratio in zip(x, ratios, strict=True):
         if ratio is not None:
             across += [place, place, np.nan]
-            up += [ratio.low, ratio.high, np.nan]
+            up += [percent(ratio.low), percent(ratio.high), np.nan]
     return across, up
