@@ -86,6 +86,8 @@ def mu_of(designs: Sequence[Design], more: Sequence[str]) -> Array:
         for case, outcome in compute(Path(folder), cases, share_cores(1, None)):
             if outcome.status == DONE:
                 found[case.name] = outcome.summary["mu_mean"]
+            else:
+                print(f"{case.scene.rubber.sipes} sipes: {outcome.reason}", flush=True)
     return np.array(list(found.values())).reshape(len(designs), len(CELSIUS))
 
 
