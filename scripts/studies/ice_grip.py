@@ -29,7 +29,7 @@ from iceslide_fem.preprocess.footprint.reading import read_source
 from iceslide_fem.preprocess.wheel.braking import brake
 from iceslide_fem.preprocess.wheel.case_contact import contact_of_case
 from iceslide_fem.preprocess.wheel.slip_table import SMALLEST, SlipTable, slip_table
-from iceslide_fem.preprocess.wheel.stops import stops_on
+from iceslide_fem.preprocess.wheel.stops import TOLERANCE, stops_on
 from iceslide_fem.preprocess.wheel.tread import stiffness_of
 from iceslide_fem.preprocess.work import run
 from iceslide_fem.runs.many_points import friction
@@ -109,7 +109,13 @@ def starts() -> Iterator[tuple[object, ...]]:
     for name in ("reference", "A"):
         one, mu = found[name]
         assert one.wheel is not None
-        rest = one.wheel.end_speed, one.wheel.car(1.0), one.wheel.brakes, one.wheel.control
+        rest = (
+            one.wheel.end_speed,
+            one.wheel.car(1.0),
+            one.wheel.brakes,
+            one.wheel.control,
+            TOLERANCE,
+        )
         values[name] = np.array([brake(mu, float(v), *rest).between(*measured) for v in speeds])
     single = values["A"] / values["reference"]
     whole = values["A"].mean() / values["reference"].mean()
