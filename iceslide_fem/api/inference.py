@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from iceslide_fem.api.preprocessors import attributes_of_done
+from iceslide_fem.api.preprocessors import as_text, attributes_of_done
 from iceslide_fem.inference.calibrate.command import CALIBRATE
 from iceslide_fem.inference.calibrate.output import Calibration
 from iceslide_fem.inference.compare.command import COMPARE
@@ -154,11 +154,7 @@ def compare(
     found["ratio"].sel(candidate="A").plot()
     ```
     """
-    texts = {
-        key: ",".join(map(str, value)) if isinstance(value, Sequence) and not isinstance(value, str)
-        else value
-        for key, value in options.items()
-    }  # fmt: skip
+    texts = {key: as_text(value) for key, value in options.items()}
     given = {"source": Path(reference), "others": tuple(map(Path, others)), **texts}
     done = run(
         COMPARE, {**given, "input": dict(input or {})}, None if out is None else Path(out), force

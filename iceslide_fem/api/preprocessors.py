@@ -142,11 +142,12 @@ def _done(
     kind: Preprocessor, options: Mapping[str, Any], out: Path | str | None, force: bool
 ) -> Done:
     """What the `options` of a command give: lists are texts with commas there."""
-    values = {name: _as_text(value) for name, value in options.items()}
+    values = {name: as_text(value) for name, value in options.items()}
     return run(kind, values, None if out is None else Path(out), force)
 
 
-def _as_text(value: Any) -> Any:
+def as_text(value: Any) -> Any:
+    """A list as a text with commas, as options take it; a path as its text."""
     if isinstance(value, list | tuple | np.ndarray):
         return ",".join(str(part) for part in value)
     return str(value) if isinstance(value, Path) else value

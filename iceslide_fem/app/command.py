@@ -16,16 +16,10 @@ from typing import Annotated
 import psutil
 import typer
 
-from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.app.serving import HOME, packages_of, serve_on, until_interrupted
 from iceslide_fem.runtime.files import check_writable
-from iceslide_fem.runtime.launch import termination_as_interrupt
 from iceslide_fem.runtime.options import folder_option
 
-HOME = "127.0.0.1"
-EXTRA = (
-    "iceslide {} needs starlette and uvicorn, and {} is not installed: "
-    "scripts/setup --app, or pip install 'iceslide_fem[app]'"
-)
 WARNING = (
     "Warning: with --host {} everyone who reaches this machine and has the address can run scenes "
     "on it as you, and what is sent is not encrypted."
@@ -61,19 +55,12 @@ def app(
 ) -> None:
     """A page in the browser: sliders for friction of a point, a line, a wheel; scenes to run."""
     folder = out or Path("results")
-    try:
-        import uvicorn
-
+    with packages_of("app"):
         from iceslide_fem.app.answers import Answers
         from iceslide_fem.app.form import texts_of
         from iceslide_fem.app.runs import Runs
         from iceslide_fem.app.server import application
         from iceslide_fem.scene import read_scene, scene_from_dict
-    except ModuleNotFoundError as error:
-        name = str(error.name).partition(".")[0]
-        if name not in ("starlette", "uvicorn"):
-            raise
-        raise SceneError(EXTRA.format("app", name)) from None
     check_writable(folder)
     link = scene.partition("#")[2] if scene and "://" in scene else ""
     data = read_scene(scene) if scene and "://" not in scene else {}
@@ -82,34 +69,14 @@ def app(
     token = secrets.token_urlsafe(24)
     runs = Runs(folder)
     served = application(token, Answers(runs, texts_of(data), link), runs, _names(host))
-    config = uvicorn.Config(served, log_level="warning", timeout_graceful_shutdown=1, ws="none")
-    with listen(host, port) as listening, termination_as_interrupt():
-        try:
-            if host != HOME:
-                print(WARNING.format(host), file=sys.stderr)
-            address = f"http://{_shown(host)}:{listening.getsockname()[1]}/{token}/"
-            print(f"{address}\nCtrl-C ends the page and the runs that it has started.", flush=True)
-            if not no_browser and _has_screen():
-                webbrowser.open(address)
-            uvicorn.Server(config).run([listening])
-        except KeyboardInterrupt:
-            pass
-
-
-def listen(host: str, port: int) -> socket.socket:
-    """A listening socket. Raises SceneError."""
-    try:
-        family, kind, protocol, _, where = socket.getaddrinfo(
-            host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
-        )[0]
-        listening = socket.socket(family, kind, protocol)
-        listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        listening.bind(where)
-        listening.listen(128)
-    except (OSError, UnicodeError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise SceneError(f"cannot listen on --host {host} --port {port}: {reason}") from None
-    return listening
+    with until_interrupted(host, port) as listening:
+        if host != HOME:
+            print(WARNING.format(host), file=sys.stderr)
+        address = f"http://{_shown(host)}:{listening.getsockname()[1]}/{token}/"
+        print(f"{address}\nCtrl-C ends the page and the runs that it has started.", flush=True)
+        if not no_browser and _has_screen():
+            webbrowser.open(address)
+        serve_on(listening, served)
 
 
 def _names(host: str) -> list[str]:

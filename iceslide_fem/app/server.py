@@ -37,6 +37,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from iceslide_fem.app.answers import Answers
 from iceslide_fem.app.runs import Runs
+from iceslide_fem.app.serving import body_of
 from iceslide_fem.runtime.errors import IceslideError
 
 Answer = Callable[[Mapping[str, Any]], Any]
@@ -134,11 +135,9 @@ async def _answered(request: Request, name: str, answer: Answer) -> Response:
     """The answer as JSON, or 422 with a message and the keys that it names."""
     if request.headers.get("content-type", "").partition(";")[0] != "application/json":
         return JSONResponse({"sentence": "only JSON is answered", "keys": []}, 415)
-    body = b""
-    async for chunk in request.stream():
-        body += chunk
-        if len(body) > LARGEST_REQUEST:
-            return JSONResponse({"sentence": "the request is too large", "keys": []}, 413)
+    body = await body_of(request, LARGEST_REQUEST)
+    if body is None:
+        return JSONResponse({"sentence": "the request is too large", "keys": []}, 413)
     try:
         asked = json.loads(body)
         if not isinstance(asked, dict):

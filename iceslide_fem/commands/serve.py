@@ -7,9 +7,8 @@ from typing import Annotated
 
 import typer
 
-from iceslide_fem.app.command import EXTRA, HOME, listen
+from iceslide_fem.app.serving import HOME, packages_of, serve_on, until_interrupted
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.runtime.launch import termination_as_interrupt
 
 PORT = 4242  # of UM-Bridge's examples
 
@@ -38,15 +37,8 @@ def serve(
     ] = PORT,
 ) -> None:  # fmt: skip
     """Answer programs on this machine with friction of points, by UM-Bridge's protocol."""
-    try:
-        import uvicorn
-
-        from iceslide_fem.exchange.um_bridge import PointModel, application
-    except ModuleNotFoundError as error:
-        name = str(error.name).partition(".")[0]
-        if name not in ("starlette", "uvicorn"):
-            raise
-        raise SceneError(EXTRA.format("serve", name)) from None
+    with packages_of("serve"):
+        from iceslide_fem.app.um_bridge import PointModel, application
     from iceslide_fem.runs.many_points import OUTPUTS
     from iceslide_fem.scene import load_scene
     from iceslide_fem.scene.variation import number_at, parameter
@@ -69,10 +61,6 @@ def serve(
         if name not in OUTPUTS:
             raise SceneError(f"--output {name} is none; allowed: {', '.join(OUTPUTS)}")
     served = application(PointModel(found, inputs, outputs), ["localhost", HOME])
-    config = uvicorn.Config(served, log_level="warning", timeout_graceful_shutdown=1, ws="none")
-    with listen(HOME, port) as listening, termination_as_interrupt():
-        try:
-            print(f"http://{HOME}:{listening.getsockname()[1]}\nCtrl-C ends it.", flush=True)
-            uvicorn.Server(config).run([listening])
-        except KeyboardInterrupt:
-            pass
+    with until_interrupted(HOME, port) as listening:
+        print(f"http://{HOME}:{listening.getsockname()[1]}\nCtrl-C ends it.", flush=True)
+        serve_on(listening, served)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,10 +11,10 @@ import numpy as np
 
 from iceslide_fem.exchange.fmu import write_fmu
 from iceslide_fem.exchange.magic_formula import MagicFormula, fitted, tyre_property_file
-from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.reading import read_source
+from iceslide_fem.preprocess.wheel.brush import Rolling
 from iceslide_fem.preprocess.wheel.case import WheelCase
-from iceslide_fem.preprocess.wheel.case_contact import contact_of_case
+from iceslide_fem.preprocess.wheel.case_contact import below_wheel
 from iceslide_fem.preprocess.wheel.friction import friction
 from iceslide_fem.preprocess.wheel.stops import table_of_stop
 from iceslide_fem.preprocess.wheel.tread import stiffness_of
@@ -43,7 +44,10 @@ class Formulas(NamedTuple):
 
 
 def wheel_in(folder: Path) -> WheelCase:
-    """The case of the results of `iceslide wheel` in a folder. Raises SceneError."""
+    """The case of the results of `iceslide wheel` in a folder, straight on, without a family.
+
+    Raises SceneError.
+    """
     file = folder / "summary.json"
     check_regular(file, "the summary of the wheel")
     try:
@@ -52,7 +56,7 @@ def wheel_in(folder: Path) -> WheelCase:
         command = ""
     if not command.startswith("iceslide wheel"):
         raise SceneError(f"{folder} holds no results of iceslide wheel")
-    return WheelCase.of_command(command)
+    return WheelCase.of_command(command).model_copy(update={"vary": {}, "slip_angle": 0.0})
 
 
 def formulas_of(case: WheelCase, load: float | None) -> Formulas:
@@ -63,26 +67,21 @@ def formulas_of(case: WheelCase, load: float | None) -> Formulas:
     read = read_source(case)
     if load is None and case.one_line and case.mass is None:
         raise SceneError("one line has no load; give --load, such as 3432N")
-    straight = case.model_copy(update={"vary": {}, "slip_angle": 0.0})
-    along = _curve(straight, read.pressure_map, [(float(s), 0.0) for s in SLIPS], SLIPS)
-    pairs = [(0.0, float(angle)) for angle in ANGLES]
-    across = _curve(straight, read.pressure_map, pairs, np.tan(ANGLES))
-    of_case = straight.car(read.pressure_map.load).wheel_load
-    return Formulas(along, across, of_case if load is None else load)
+    braked = [Rolling(case.speed, float(slip)) for slip in SLIPS]
+    turned = [Rolling(case.speed, 0.0, float(angle)) for angle in ANGLES]
+    (member,) = case.members
+    below = below_wheel(member, read.pressure_map, stiffness_of(case, read.pressure_map))
+    points = friction(read.pressure_map, [*braked, *turned], *below)
+    mu = [one.mu for one in points[: SLIPS.size]]
+    mu_across = [one.mu_across for one in points[SLIPS.size :]]
+    of_case = case.car(read.pressure_map.load).wheel_load
+    return Formulas(
+        _curve(SLIPS, mu), _curve(np.tan(ANGLES), mu_across), of_case if load is None else load
+    )
 
 
-def _curve(
-    case: WheelCase, footprint: PressureMap, places: list[tuple[float, float]], x: Array
-) -> Curve:
-    """mu at slip ratios and slip angles (rad), and its formula over x."""
-    tread = stiffness_of(case, footprint).tread(case.pattern, case.temperatures[0])
-    contact = contact_of_case(case, footprint.contact_length)
-    mu = []
-    for angle in dict.fromkeys(angle for _, angle in places):
-        turned = case.model_copy(update={"slip_angle": angle})
-        rolls = [turned.rolling(slip) for slip, at in places if at == angle]
-        found = friction(footprint, rolls, tread, contact)
-        mu += [one.mu if angle == 0.0 else one.mu_across for one in found]
+def _curve(x: Array, mu: Sequence[float]) -> Curve:
+    """Friction over x, and its formula."""
     values = np.abs(np.array(mu))
     return Curve(x, values, fitted(x, values))
 
@@ -107,7 +106,6 @@ def write_unit(case: WheelCase, path: Path, source: Path) -> None:
     """
     check_writable(path.parent)
     read = read_source(case)
-    straight = case.model_copy(update={"vary": {}, "slip_angle": 0.0})
-    table = table_of_stop(straight, read.pressure_map, stiffness_of(straight, read.pressure_map))
-    about = f"{source} on ice at {celsius(straight.temperatures[0])}"
+    table = table_of_stop(case, read.pressure_map, stiffness_of(case, read.pressure_map))
+    about = f"{source} on ice at {celsius(case.temperatures[0])}"
     write_fmu(path, table, about)

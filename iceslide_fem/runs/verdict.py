@@ -12,13 +12,12 @@ from iceslide_fem.runs.many_points import friction
 from iceslide_fem.runs.simplifications import Simplification, made
 from iceslide_fem.runtime.errors import IceslideError
 from iceslide_fem.scene import Scene
-from iceslide_fem.scene.distribution import inputs_of
+from iceslide_fem.scene.distribution import BAND, inputs_of
 from iceslide_fem.scene.variation import with_values
 
 # Error of the mean of mu by the mesh at refinement 1: the largest of the cases, rounded up
 # (docs/validation/accuracy.md, whole runs).
 MESH = 0.005
-BAND = 1.96  # standard deviations of an input band: 95 %
 FEW = 5  # cases of several that are looked at
 SMALL_PART = 0.05  # of the contact outside the table of k, D and H_V
 
@@ -138,8 +137,7 @@ def input_band(scene: Scene) -> float | None:
     point = scene.model_copy(update={"model": "point"})
     scenes = [point]
     for one in inputs:
-        ends = one.at(np.array([0.158655, 0.841345]))
-        scenes += [with_values(point, {one.parameter.key: float(end)}) for end in ends]
+        scenes += [with_values(point, {one.parameter.key: end}) for end in one.sides]
     mu, *sides = friction(scenes).mu_mean[:, 0]
     halves = 0.5 * np.diff(np.reshape(sides, (-1, 2)))
     return float(BAND * np.sqrt((halves**2).sum()) / mu)

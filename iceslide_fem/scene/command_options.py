@@ -37,9 +37,10 @@ def option_name(key: str) -> str:
     return "--" + key.replace("_", "-")
 
 
-def option_names(positional: str) -> Callable[[str], str]:
-    """`option_name`, except for the positional argument of a command."""
-    return lambda key: positional.upper() if key == positional else option_name(key)
+def option_names(*positional: str, **others: str) -> Callable[[str], str]:
+    """`option_name`, except for positional arguments of a command, and `others` by their keys."""
+    names = {key: key.upper() for key in positional} | others
+    return lambda key: names.get(key, option_name(key))
 
 
 def as_number(value: Any) -> Any:

@@ -16,6 +16,8 @@ from iceslide_fem.scene.model import Scene
 from iceslide_fem.scene.variation import Parameter, number_at, parameter, quantity
 
 CUT = 3.5  # standard deviations, at which a distribution ends
+BAND = 1.96  # standard deviations of a band of 95 %
+ONE_SIGMA = np.array([0.158655, 0.841345])  # quantiles one standard deviation to both sides
 _PART = re.compile(r"\s*([0-9.eE+-]+)\s*%\s*")
 FORMS = '"0.266+-10%" or "-4degC+-0.5K" (normal), "1bar..2bar" (even), "~10%" (log-normal)'
 
@@ -47,6 +49,12 @@ class Distribution(NamedTuple):
             return np.clip(self.centre + self.spread * drawn, self.low, self.high)
         return np.clip(self.centre * np.exp(self.spread * drawn), self.low, self.high)
 
+    @property
+    def sides(self) -> tuple[float, float]:
+        """Values one standard deviation to both sides of the middle."""
+        low, high = self.at(ONE_SIGMA)
+        return float(low), float(high)
+
     def _standard(self, value: float) -> float:
         """The value in standard deviations from the centre."""
         if self.kind == "normal":
@@ -77,14 +85,12 @@ def read_distribution(scene: Scene, key: str, text: str) -> Distribution:
     if plain.strip().startswith("~"):
         if own is None or not own > 0.0:
             raise SceneError(f"{said} is relative, and the scene has no positive {key}")
-        ratio = _part(plain.strip()[1:])
-        if ratio is None or not ratio > 0.0:
+        found = log_normal(what, own, plain)
+        if found is None:
             raise SceneError(f"{said} is of no known form; allowed: {FORMS}")
-        spread = math.sqrt(math.log1p(ratio**2))
-        ends = (own * math.exp(sign * CUT * spread) for sign in (-1.0, 1.0))
-        return _cut(Distribution(what, "log-normal", own, spread, *ends))
-    middle, found, width = plain.partition("+-")
-    if not found:
+        return found
+    middle, sign, width = plain.partition("+-")
+    if not sign:
         raise SceneError(f"{said} is of no known form; allowed: {FORMS}")
     centre = number(middle) if middle.strip() else own
     if centre is None:
@@ -92,6 +98,16 @@ def read_distribution(scene: Scene, key: str, text: str) -> Distribution:
     spread = _width(said, width.strip(), centre, what)
     return _cut(Distribution(what, "normal", centre, spread, centre - CUT * spread,
                              centre + CUT * spread))  # fmt: skip
+
+
+def log_normal(what: Parameter, median: float, text: str) -> Distribution | None:
+    """A log-normal distribution around a `median` from "~10%"; None if the text is none."""
+    ratio = _part(text.strip()[1:]) if text.strip().startswith("~") else None
+    if ratio is None or not ratio > 0.0:
+        return None
+    spread = math.sqrt(math.log1p(ratio**2))
+    ends = (median * math.exp(sign * CUT * spread) for sign in (-1.0, 1.0))
+    return _cut(Distribution(what, "log-normal", median, spread, *ends))
 
 
 def inputs_of(scene: Scene) -> list[Distribution]:

@@ -24,17 +24,16 @@ from scipy.stats import qmc
 
 from iceslide_fem.inference.compare.candidates import Candidate, read_candidates
 from iceslide_fem.inference.compare.command import COMPARE
-from iceslide_fem.inference.compare.inputs import BAND
 from iceslide_fem.preprocess.footprint.reading import read_source
 from iceslide_fem.preprocess.wheel.braking import brake
-from iceslide_fem.preprocess.wheel.case_contact import contact_of_case
+from iceslide_fem.preprocess.wheel.case_contact import below_wheel
 from iceslide_fem.preprocess.wheel.slip_table import SMALLEST, SlipTable, slip_table
 from iceslide_fem.preprocess.wheel.stops import TOLERANCE, stops_on
 from iceslide_fem.preprocess.wheel.tread import stiffness_of
 from iceslide_fem.preprocess.work import run
 from iceslide_fem.runs.many_points import friction
 from iceslide_fem.runtime.arrays import Array
-from iceslide_fem.scene.distribution import read_distribution
+from iceslide_fem.scene.distribution import BAND, read_distribution
 from iceslide_fem.scene.variation import with_values
 from scripts.studies.common import ROOT, case, options, table
 
@@ -69,13 +68,12 @@ def tables_of(setting: tuple[int, int, int, float]) -> dict[str, tuple[Candidate
             footprint, pressure=np.repeat(footprint.pressure, pixels, axis=1),
             dx=footprint.dx / pixels,
         )  # fmt: skip
-        tread = stiffness_of(wheel, finer).tread(wheel.pattern, wheel.temperature)
+        below = below_wheel(wheel, finer, stiffness_of(wheel, finer))
         axes = (
             np.geomspace(wheel.end_speed, TOP, speeds),
             np.concatenate([[0.0], np.geomspace(SMALLEST, 1.0, slips - 1)]),
         )
-        contact = contact_of_case(wheel, finer.contact_length)
-        found[one.name] = one, slip_table(finer, *axes, tread, contact)
+        found[one.name] = one, slip_table(finer, *axes, *below)
     return found
 
 
@@ -174,7 +172,6 @@ def bands() -> Iterator[tuple[object, ...]]:
     inputs = [[read_distribution(one, key, text) for key, text in SPREADS.items()]
               for one in scenes]  # fmt: skip
     drawn = qmc.Sobol(len(SPREADS), seed=9).random_base2(12)
-    sides = np.array([0.158655, 0.841345])
     samples: list[Array] = []
     slopes: list[Array] = []
     for scene, spreads in zip(scenes, inputs, strict=True):
@@ -186,9 +183,9 @@ def bands() -> Iterator[tuple[object, ...]]:
         ]
         samples.append(np.log(friction(some).mu_mean[:, 0]))
         moved = [
-            with_values(scene, {key: float(end)})
+            with_values(scene, {key: end})
             for key, one in zip(keys, spreads, strict=True)
-            for end in one.at(sides)
+            for end in one.sides
         ]
         slopes.append(0.5 * np.diff(np.log(friction(moved).mu_mean[:, 0]).reshape(-1, 2))[:, 0])
     for name, logs, slope in (

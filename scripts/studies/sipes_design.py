@@ -27,10 +27,8 @@ from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import Scene, load_scene
 from iceslide_fem.scene.distribution import read_distribution
-from iceslide_fem.scene.fingerprint import fingerprint
 from iceslide_fem.scene.variation import with_values
-from iceslide_fem.workflow.sweep.plan import Case
-from iceslide_fem.workflow.sweep.processes import compute, prepare, share_cores
+from iceslide_fem.workflow.sweep.processes import compute_all
 from iceslide_fem.workflow.sweep.table import DONE
 from scripts.studies.common import ROOT, options, table
 
@@ -75,20 +73,18 @@ class Design(NamedTuple):
 
 def mu_of(designs: Sequence[Design], more: Sequence[str]) -> Array:
     """Mean mu (designs, temperatures), NaN where a slice does not end."""
-    cases = []
-    for number, one in enumerate(designs):
-        for place, celsius in enumerate(CELSIUS):
-            scene = load_scene(CASE, [*one.changes(celsius), *more])
-            cases.append(Case(f"d{number}_{place}", scene, fingerprint(scene)))
-    found = {case.name: np.nan for case in cases}
+    scenes = {
+        f"d{number}_{place}": load_scene(CASE, [*one.changes(celsius), *more])
+        for number, one in enumerate(designs)
+        for place, celsius in enumerate(CELSIUS)
+    }
     with tempfile.TemporaryDirectory() as folder:
-        prepare(Path(folder), cases)
-        for case, outcome in compute(Path(folder), cases, share_cores(1, None)):
-            if outcome.status == DONE:
-                found[case.name] = outcome.summary["mu_mean"]
-            else:
-                print(f"{case.scene.rubber.sipes} sipes: {outcome.reason}", flush=True)
-    return np.array(list(found.values())).reshape(len(designs), len(CELSIUS))
+        outcomes = compute_all(Path(folder), scenes)
+    for name, outcome in outcomes.items():
+        if outcome.status != DONE:
+            print(f"{scenes[name].rubber.sipes} sipes: {outcome.reason}", flush=True)
+    mu = [one.summary["mu_mean"] if one.status == DONE else np.nan for one in outcomes.values()]
+    return np.reshape(mu, (len(designs), len(CELSIUS)))
 
 
 def compound_variance(scene: Scene, samples: int) -> float:

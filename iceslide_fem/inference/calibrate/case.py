@@ -15,7 +15,7 @@ from iceslide_fem.inference.parameters import changed_scene, checked, pairs
 from iceslide_fem.runs.many_points import KEYS
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import Scene
-from iceslide_fem.scene.command_options import CommandOptions, Number, option
+from iceslide_fem.scene.command_options import CommandOptions, Number, option, option_names
 from iceslide_fem.scene.units import Quantity
 
 MOST = 6  # parameters
@@ -23,17 +23,12 @@ LENGTH = Quantity("m", "1 um", "10 m")
 NOISE = Quantity("", "0.01 %", "100 %")
 
 
-def named(key: str) -> str:
-    """Name of an option; files of the command line stand alone."""
-    return {"source": "DATA.csv", "scene": "SCENE.toml", "change": "--set"}.get(
-        key, "--" + key.replace("_", "-")
-    )
-
-
 class CalibrateCase(CommandOptions):
     """Measured friction, a scene, and what of the scene is fitted; SI units."""
 
-    model_config = ConfigDict(alias_generator=named)
+    model_config = ConfigDict(
+        alias_generator=option_names(source="DATA.csv", scene="SCENE.toml", change="--set")
+    )
 
     source: Path = option(
         ...,

@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from iceslide_fem.inference.parameters import checked
-from iceslide_fem.preprocess.footprint.reading import ReadFootprint, read_source
+from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
+from iceslide_fem.preprocess.footprint.reading import read_source
 from iceslide_fem.preprocess.wheel.case import WheelCase
-from iceslide_fem.preprocess.wheel.tread import TreadStiffness, stiffness_of
+from iceslide_fem.preprocess.wheel.tread import stiffness_of
 from iceslide_fem.runs.model_levels import resolved
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.units import ZERO_CELSIUS
@@ -62,18 +63,15 @@ class Candidate(NamedTuple):
         wheel = None if self.wheel is None else self.wheel.under(scene)
         return self._replace(scene=scene, wheel=wheel)
 
-    def tyre(self) -> Tyre:
-        """Its footprint and tread. Raises SceneError."""
+    def footprint(self) -> PressureMap:
+        """The footprint of its wheel, whose tread's stiffness is in the cache afterwards.
+
+        Raises SceneError.
+        """
         assert self.wheel is not None
-        read = read_source(self.wheel)
-        return Tyre(read, stiffness_of(self.wheel, read.pressure_map))
-
-
-class Tyre(NamedTuple):
-    """Footprint and shear stiffness of a wheel's tread."""
-
-    read: ReadFootprint
-    stiffness: TreadStiffness
+        found = read_source(self.wheel).pressure_map
+        stiffness_of(self.wheel, found)
+        return found
 
 
 class Condition(NamedTuple):
@@ -85,22 +83,21 @@ class Condition(NamedTuple):
     @property
     def name(self) -> str:
         """In words."""
-        parts = []
-        if self.temperature is not None:
-            parts.append(f"{self.temperature - ZERO_CELSIUS:.4g} °C")
-        if self.water is not None:
-            parts.append(f"{1e6 * self.water:.4g} µm of water")
-        return ", ".join(parts) or "as given"
+        return ", ".join(self._parts(" °C", " µm of water")) or "as given"
 
     @property
     def file_name(self) -> str:
         """As a part of a file's name."""
+        return "_".join(self._parts("degC", "um")) or "as_given"
+
+    def _parts(self, celsius: str, micrometres: str) -> list[str]:
+        """What is given, with these units."""
         parts = []
         if self.temperature is not None:
-            parts.append(f"{self.temperature - ZERO_CELSIUS:.4g}degC")
+            parts.append(f"{self.temperature - ZERO_CELSIUS:.4g}{celsius}")
         if self.water is not None:
-            parts.append(f"{1e6 * self.water:.4g}um")
-        return "_".join(parts) or "as_given"
+            parts.append(f"{1e6 * self.water:.4g}{micrometres}")
+        return parts
 
     def of(self, one: Candidate) -> Candidate:
         """The candidate on this ice. Raises SceneError if its scene does not take it."""

@@ -17,7 +17,7 @@ from iceslide_fem.preprocess.option_values import Several
 from iceslide_fem.preprocess.wheel.option_values import SPEED, TEMPERATURE
 from iceslide_fem.preprocess.wheel.stop_options import Measured
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.scene.command_options import CommandOptions, Number, option
+from iceslide_fem.scene.command_options import CommandOptions, Number, option, option_names
 from iceslide_fem.scene.variation import quantity
 
 MOST = 12  # values of a condition
@@ -34,11 +34,6 @@ _temperatures = Several("--temperature", TEMPERATURE, "-12degC,-4degC", 1, MOST)
 _waters = Several("--water", quantity("ice.water"), "0um,20um,50um", 1, MOST)
 
 
-def _named(key: str) -> str:
-    names = {"source": "REF.toml", "others": "OTHER.toml"}
-    return names.get(key, "--" + key.replace("_", "-"))
-
-
 def _keys(value: Any) -> Any:
     """Keys from a text with commas."""
     return tuple(part.strip() for part in value.split(",")) if isinstance(value, str) else value
@@ -47,7 +42,7 @@ def _keys(value: Any) -> Any:
 class CompareCase(CommandOptions):
     """Candidates and the conditions under which they are compared; SI units."""
 
-    model_config = ConfigDict(alias_generator=_named)
+    model_config = ConfigDict(alias_generator=option_names(source="REF.toml", others="OTHER.toml"))
 
     source: Path = option(
         ..., "The reference: a scene, or a file with a table \\[wheel] of its options.", "REF.toml"

@@ -37,8 +37,8 @@ def compute(case: CompareCase) -> Comparison:
             undo.callback(shutil.rmtree, folder, ignore_errors=True)
             values = values_of_scenes(grid, case.run_names, inputs, output, folder)
         else:
-            tyres = [one.tyre() for one in case.candidates]
-            values = values_of_wheels(grid, tyres, inputs, output, shown.show)
+            maps = [one.footprint() for one in case.candidates]
+            values = values_of_wheels(grid, maps, inputs, output, shown.show)
         found = Comparison(case, values, folder)
         if not any(found.ratios(number) for number in range(1, len(found.names))):
             raise SimulationStopped(f"nothing could be compared: {values.failures[0]}")

@@ -13,13 +13,12 @@ from iceslide_fem.inference.compare.candidates import Candidate
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import Scene
-from iceslide_fem.scene.distribution import read_distribution
-from iceslide_fem.scene.variation import number_at, with_values
+from iceslide_fem.scene.distribution import BAND, log_normal, read_distribution
+from iceslide_fem.scene.variation import Parameter, number_at, with_values
 
 STIFFNESS = "wheel.stiffness"  # the only input that is no key of a scene
-ONE_SIGMA = np.array([0.158655, 0.841345])  # quantiles
-BAND = 1.96  # standard deviations: 95 %
-_PART = re.compile(r"\s*(?:~|\+-|±)\s*([0-9.]+)\s*%\s*")
+WIDEST = math.sqrt(math.log(2.0))  # spread of ln of 100 %
+_FACTOR = Parameter(STIFFNESS, "", 1e-3, 1e3)
 
 
 class Side(NamedTuple):
@@ -111,12 +110,10 @@ def read_inputs(
 def _moved(scene: Scene, key: str, text: str) -> tuple[float, float]:
     """Values of an input one standard deviation to both sides; of the stiffness factors."""
     if key == STIFFNESS:
-        match = _PART.fullmatch(text)
-        if match is None or not 0.0 < (part := float(match[1]) / 100.0) < 1.0:
+        factor = log_normal(_FACTOR, 1.0, re.sub(r"^\s*(\+-|±)", "~", text))
+        if factor is None or not factor.spread < WIDEST:
             raise SceneError(f'--input {key}="{text}" is of no known form; allowed: ~5%')
-        spread = math.sqrt(math.log1p(part**2))
-        return math.exp(-spread), math.exp(spread)
+        return factor.sides
     if number_at(scene, key) is None and not text[:1].isdigit():
         raise SceneError(f"{key} is no number in this scene")
-    low, high = read_distribution(scene, key, text).at(ONE_SIGMA)
-    return float(low), float(high)
+    return read_distribution(scene, key, text).sides

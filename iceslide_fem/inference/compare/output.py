@@ -14,6 +14,7 @@ from iceslide_fem.inference.compare.ratios import Ratio, flags, sentence
 from iceslide_fem.inference.compare.values import Values
 from iceslide_fem.postprocess.report.page import Chart, Curve
 from iceslide_fem.preprocess.work import csv_text
+from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.files import replace_file
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import flat
@@ -39,23 +40,19 @@ class Comparison(NamedTuple):
         """Part by which steps and meshes may move each ratio: its largest change over conditions
         when all is computed more coarsely.
         """
-        output = self.case.quantity
-        fine, coarse = (each[output] / each[output][0] for each in self._both)
-        with np.errstate(invalid="ignore"):
-            moved = np.abs(coarse / fine - 1.0)
-        return [float(np.nanmax(row)) if np.isfinite(row).any() else 0.0 for row in moved]
+        fine, coarse = self._both
+        return _moved(fine / fine[0], coarse / coarse[0])
 
     @property
     def numerical_of_value(self) -> list[float]:
         """The same of each value."""
-        output = self.case.quantity
-        fine, coarse = (each[output] for each in self._both)
-        moved = np.abs(coarse / fine - 1.0)
-        return [float(np.nanmax(row)) if np.isfinite(row).any() else 0.0 for row in moved]
+        return _moved(*self._both)
 
     @property
-    def _both(self) -> tuple[dict[str, Any], dict[str, Any]]:
-        return self.values.fine, self.values.coarse
+    def _both(self) -> tuple[Array, Array]:
+        """The values, and those of the coarser computation, (candidates, conditions)."""
+        output = self.case.quantity
+        return self.values.fine[output], self.values.coarse[output]
 
     def ratios(self, one: int) -> dict[str, Ratio]:
         """The ratios of a candidate to the reference by conditions, where both are known."""
@@ -80,6 +77,12 @@ class Comparison(NamedTuple):
         ]
 
 
+def _moved(fine: Array, coarse: Array) -> list[float]:
+    """The largest relative difference of each candidate over conditions, 0 without any."""
+    moved = np.abs(coarse / fine - 1.0)
+    return [float(np.nanmax(row)) if np.isfinite(row).any() else 0.0 for row in moved]
+
+
 def figures(case: CompareCase, found: Comparison) -> dict[str, Any]:
     """The content of compare.json."""
     warnings = [f"{len(found.values.failures)} computations failed: {found.values.failures[0]}"
@@ -100,7 +103,7 @@ def figures(case: CompareCase, found: Comparison) -> dict[str, Any]:
         "kind": case.kind,
         "output": case.quantity,
         "reference": found.names[0],
-        "conditions": [_condition(found, place) for place in range(len(case.conditions))],
+        "conditions": _conditions(found),
         "inputs": [dict(one) for one in found.values.slopes.inputs.spreads],
         "sentences": found.sentences,
         "rules": rules,
@@ -108,6 +111,10 @@ def figures(case: CompareCase, found: Comparison) -> dict[str, Any]:
         "runs": _runs(case),
         "warnings": warnings,
     }
+
+
+def _conditions(found: Comparison) -> list[dict[str, Any]]:
+    return [_condition(found, place) for place in range(len(found.case.conditions))]
 
 
 def _condition(found: Comparison, place: int) -> dict[str, Any]:
@@ -172,7 +179,7 @@ def write(case: CompareCase, found: Comparison, out: Path) -> None:
     """Write compare.csv, and the runs of slices and blocks."""
     rows = [
         {"condition": place["name"], "candidate": name, **entries}
-        for place in figures(case, found)["conditions"]
+        for place in _conditions(found)
         for name, entries in place["candidates"].items()
     ]
     columns = {key: [np.nan if row[key] is None else row[key] for row in rows] for key in rows[0]}
@@ -213,7 +220,7 @@ def charts(case: CompareCase, found: Comparison) -> Mapping[str, Sequence[Chart]
             of_values.append(Curve(f"{name}{more}", x, value[number, some], look, alone))
             if number > 0:
                 known = [ratios.get(condition) for condition in here]
-                middle = [np.nan if one is None else percent(one.value) for one in known]
+                middle = [np.nan if one is None else _percent(one.value) for one in known]
                 of_ratios += [
                     Curve(f"{name}{more}", x, middle, look, alone),
                     Curve(f"{name}{more}, band", *_bars(x, known), look),
@@ -230,7 +237,7 @@ def charts(case: CompareCase, found: Comparison) -> Mapping[str, Sequence[Chart]
     }
 
 
-def percent(ratio: float) -> float:
+def _percent(ratio: float) -> float:
     """Difference to the reference, %."""
     return 100.0 * (ratio - 1.0)
 
@@ -241,5 +248,5 @@ def _bars(x: Any, ratios: Sequence[Ratio | None]) -> tuple[list[float], list[flo
     for place, ratio in zip(x, ratios, strict=True):
         if ratio is not None:
             across += [place, place, np.nan]
-            up += [percent(ratio.low), percent(ratio.high), np.nan]
+            up += [_percent(ratio.low), _percent(ratio.high), np.nan]
     return across, up

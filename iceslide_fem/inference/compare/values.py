@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem.inference.compare.candidates import Candidate, Tyre
+from iceslide_fem.inference.compare.candidates import Candidate
 from iceslide_fem.inference.compare.inputs import Inputs, Slopes
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.wheel.case import WheelCase
@@ -23,11 +23,8 @@ from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.runtime.launch import available_cores
 from iceslide_fem.scene import Scene
-from iceslide_fem.scene.fingerprint import fingerprint
 from iceslide_fem.scene.variation import with_values
-from iceslide_fem.workflow.sweep.plan import Case
-from iceslide_fem.workflow.sweep.processes import compute as compute_runs
-from iceslide_fem.workflow.sweep.processes import prepare, share_cores
+from iceslide_fem.workflow.sweep.processes import compute_all
 from iceslide_fem.workflow.sweep.table import DONE
 
 LOOSER = 2.0  # tolerance of the coarser computation over that of the other
@@ -93,19 +90,14 @@ def _scenes(
         for key in OF_POINTS:
             found[key][points] = getattr(mu, key)[:, 0]
         why += [f"{names[points[at]]}: {reason}" for (at, _), reason in mu.failures.items()]
-    cases = {
-        names[number]: Case(names[number], scene, fingerprint(scene))
-        for number, scene in enumerate(scenes)
-        if scene.model != "point"
-    }
-    if cases:
-        prepare(folder, list(cases.values()))
-        for one, outcome in compute_runs(folder, list(cases.values()), share_cores(1, None)):
-            if outcome.status == DONE:
-                for key in OF_POINTS:
-                    found[key][list(names).index(one.name)] = outcome.summary[key]
-            else:
-                why.append(f"{one.name}: {outcome.reason}")
+    others = {name: number for number, name in enumerate(names) if number not in points}
+    outcomes = compute_all(folder, {name: scenes[number] for name, number in others.items()})
+    for name, outcome in outcomes.items():
+        if outcome.status != DONE:
+            why.append(f"{name}: {outcome.reason}")
+            continue
+        for key in OF_POINTS:
+            found[key][others[name]] = outcome.summary[key]
     return found, why
 
 
@@ -151,13 +143,14 @@ def _halved(footprint: PressureMap) -> PressureMap:
 
 
 def values_of_wheels(
-    grid: Grid, tyres: Sequence[Tyre], inputs: Inputs, output: str, tell: Tell
+    grid: Grid, maps: Sequence[PressureMap], inputs: Inputs, output: str, tell: Tell
 ) -> Values:
-    """Of wheels and their stops. Slopes are of the coarser computation, those of a control by
-    thresholds of the ideal one, which has no phases.
+    """Of wheels on their footprints `maps`, and their stops.
+
+    Slopes are of the coarser computation, those of a control by thresholds of the ideal one, which
+    has no phases.
     """
     shape = len(grid), len(grid[0])
-    maps = [tyre.read.pressure_map for tyre in tyres]
     places = [(i, j) for i in range(shape[0]) for j in range(shape[1])]
     wheels = {(i, j): grid[i][j].wheel for i, j in places}
     control = "" if not output.startswith("deceleration") else output.rpartition("_")[2]

@@ -15,7 +15,7 @@ from iceslide_fem.runs.many_points import OUTPUTS
 from iceslide_fem.runs.model_levels import resolved
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import Scene
-from iceslide_fem.scene.command_options import CommandOptions, Number, option
+from iceslide_fem.scene.command_options import CommandOptions, Number, option, option_names
 from iceslide_fem.scene.distribution import read_distribution
 from iceslide_fem.scene.variation import number_at
 
@@ -25,15 +25,12 @@ Output = Literal[
 ]  # fmt: skip
 
 
-def _named(key: str) -> str:
-    names = {"source": "SCENE.toml", "change": "--set", "calibration": "--from"}
-    return names.get(key, "--" + key.replace("_", "-"))
-
-
 class UncertaintyCase(CommandOptions):
     """A scene and how its inputs are spread; SI units."""
 
-    model_config = ConfigDict(alias_generator=_named)
+    model_config = ConfigDict(
+        alias_generator=option_names(source="SCENE.toml", change="--set", calibration="--from")
+    )
 
     source: Path = option(..., "The scene, with a table \\[uncertainty] or --input.", "SCENE.toml")
     input: Annotated[dict[str, str], pairs("--input", "film.k_scale=~10%")] = option(

@@ -18,10 +18,7 @@ from iceslide_fem.postprocess.report.page import Cell, Table
 from iceslide_fem.preprocess.work import Preprocessor, Words
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene import Scene
-from iceslide_fem.scene.fingerprint import fingerprint
-from iceslide_fem.workflow.sweep.plan import Case
-from iceslide_fem.workflow.sweep.processes import compute as compute_runs
-from iceslide_fem.workflow.sweep.processes import prepare, share_cores
+from iceslide_fem.workflow.sweep.processes import compute_all
 from iceslide_fem.workflow.sweep.table import DONE
 
 LEFT_OUT = (
@@ -38,13 +35,10 @@ def compute(case: UncertaintyCase) -> Spread:
         return spread_of_points(scene, inputs, case.samples, case.quantity)
 
     def run_all(scenes: Sequence[Scene], folder: Path) -> Array:
-        cases = [Case(f"run{i}", one, fingerprint(one)) for i, one in enumerate(scenes, start=1)]
-        prepare(folder, cases)
-        mu = dict.fromkeys((one.name for one in cases), np.nan)
-        for one, outcome in compute_runs(folder, cases, share_cores(1, None)):
-            if outcome.status == DONE:
-                mu[one.name] = outcome.summary[case.quantity]
-        return np.array(list(mu.values()))
+        named = {f"run{number}": one for number, one in enumerate(scenes, start=1)}
+        outcomes = compute_all(folder, named).values()
+        done = (one.summary[case.quantity] if one.status == DONE else np.nan for one in outcomes)
+        return np.array(list(done))
 
     run: Callable[[Sequence[Scene], Path], Array] = run_all
     of_points = case.quantity

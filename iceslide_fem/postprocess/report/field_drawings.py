@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -29,6 +30,7 @@ NOTHING = "no contact"
 MIRRORED = " (half is computed, the other its mirror image)"
 
 Drawing = dict[str, Any]
+Files = dict[str, list[tuple[float, list[Path]]]]  # parts of fields by body and time
 
 
 def drawings_of(
@@ -235,11 +237,12 @@ UNREADABLE = (SceneError, LookupError, OSError, TypeError, ValueError)
 def fields_of(run: Run) -> list[Text | Fields]:
     """Rubber, interface and ice at some of the written times, if any."""
     try:
-        times = _times(run)
+        files = _files(run)
+        times = _times(files)
         if not times.size:
             return []
         chosen = _moments(times, float(run.summary["mu_peak_time_s"]))
-        drawings = _drawings_at(run, chosen)
+        drawings = _drawings_at(run, files, chosen)
     except UNREADABLE as error:
         return [Text(f"The fields are there but could not be read ({error}).", "warning")]
     if not drawings:
@@ -262,7 +265,8 @@ def fields_beside(runs: Mapping[str, Run]) -> list[Text | Fields]:
     Each run is drawn at its written moment nearest to that time. Nothing if one has no fields.
     """
     try:
-        written = {name: _times(run) for name, run in runs.items()}
+        files = {name: _files(run) for name, run in runs.items()}
+        written = {name: _times(own) for name, own in files.items()}
         if not all(times.size for times in written.values()):
             return []
         first, run = next(iter(runs.items()))
@@ -272,7 +276,7 @@ def fields_beside(runs: Mapping[str, Run]) -> list[Text | Fields]:
             name: [int(np.abs(own - time).argmin()) for time in times]
             for name, own in written.items()
         }
-        of_each = {name: _drawings_at(run, near[name]) for name, run in runs.items()}
+        of_each = {name: _drawings_at(run, files[name], near[name]) for name, run in runs.items()}
     except UNREADABLE as error:
         return [Text(f"The fields are there but could not be read ({error}).", "warning")]
     groups: dict[str, list[Drawing]] = {}
@@ -302,14 +306,17 @@ def _on_one_scale(drawings: list[Drawing]) -> list[Drawing]:
     return [drawing | ends for drawing in drawings]
 
 
-def _times(run: Run) -> Array:
+def _files(run: Run) -> Files:
+    """The field files of each body, by time."""
+    return {name: field_parts(run.directory, name) for name in ("rubber", "interface", "ice")}
+
+
+def _times(files: Files) -> Array:
     """Times (s) at which a run wrote its fields, none if it wrote none."""
-    interface, rubber = (field_parts(run.directory, name) for name in ("interface", "rubber"))
-    return np.array([time for time, _ in interface[: len(rubber)]])
+    return np.array([time for time, _ in files["interface"][: len(files["rubber"])]])
 
 
-def _drawings_at(run: Run, chosen: list[int]) -> list[Drawing]:
-    files = {name: field_parts(run.directory, name) for name in ("rubber", "interface", "ice")}
+def _drawings_at(run: Run, files: Files, chosen: list[int]) -> list[Drawing]:
     grids = {
         name: [read_grid(parts[number][1]) for number in chosen if number < len(parts)]
         for name, parts in files.items()

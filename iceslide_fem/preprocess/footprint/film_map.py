@@ -81,7 +81,7 @@ def one_pass(
     """One pass over ice from `start`, by default untouched; the others as for `film_map`."""
     rows, columns = footprint.pressure.shape
     result = FilmMap.untouched((rows, columns), ride.ahead if start is None else start.ahead)
-    passing = footprint.dx / ride.speed
+    passing = np.broadcast_to(footprint.dx / ride.speed, (rows,))
     touching = np.flatnonzero(footprint.contact.any(axis=1))
     pixels = np.count_nonzero(footprint.contact)
     every = ride.lines(np.arange(rows))
@@ -97,7 +97,7 @@ def one_pass(
 
     for first in range(0, touching.size, LINES):
         lines = touching[first : first + LINES]
-        path = Path.below(footprint.pressure[lines], _of(passing, lines))
+        path = Path.below(footprint.pressure[lines], passing[lines])
         part, here = every.lines(lines), below.take(lines)
         moves = np.ones(path.line.size, dtype=bool)
         if slides is not None:
@@ -139,11 +139,6 @@ def _ice(
     times = np.array([shortest, longest])
     column = ice(ride.temperature, times, solid=ride.solid, ground=ride.ground)
     return column.condensed(CONDENSED * tolerance, shortest / longest)
-
-
-def _of(values: float | Array, lines: Index) -> float | Array:
-    """Values of some of the lines, where each line has its own."""
-    return values[lines] if isinstance(values, np.ndarray) and values.ndim else values
 
 
 def _enter(

@@ -4,12 +4,25 @@ from __future__ import annotations
 
 from iceslide_fem.film.voids import lugs_of
 from iceslide_fem.laws.table import law_of
+from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.wheel.case import WheelCase
 from iceslide_fem.preprocess.wheel.contact import SlidingContact
 from iceslide_fem.preprocess.wheel.film_contact import FilmContact
 from iceslide_fem.preprocess.wheel.law_contact import LawContact
+from iceslide_fem.preprocess.wheel.tread import Tread, TreadStiffness
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import scene_from_dict
+
+
+def below_wheel(
+    case: WheelCase, footprint: PressureMap, stiffness: TreadStiffness
+) -> tuple[Tread, SlidingContact]:
+    """Tread and sliding contact of one member of a family, as `friction.friction` takes them.
+
+    The tread has the rubber's temperature, by default that of the ice. Raises SceneError.
+    """
+    tread = stiffness.tread(case.pattern, case.law.rubber.temperature or case.temperature)
+    return tread, contact_of_case(case, footprint.contact_length)
 
 
 def contact_of_case(case: WheelCase, length: float) -> SlidingContact:

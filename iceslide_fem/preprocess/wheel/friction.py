@@ -18,7 +18,7 @@ from iceslide_fem.preprocess.wheel.brush import (
     tractions,
 )
 from iceslide_fem.preprocess.wheel.case import WheelCase
-from iceslide_fem.preprocess.wheel.case_contact import contact_of_case
+from iceslide_fem.preprocess.wheel.case_contact import below_wheel
 from iceslide_fem.preprocess.wheel.contact import SLOWEST, Slid, SlidingContact
 from iceslide_fem.preprocess.wheel.tread import Tread, TreadStiffness
 from iceslide_fem.runtime.arrays import Array
@@ -212,18 +212,11 @@ def curves(
     tell: called with the finished fraction. Raises SceneError, before computing, if a law or the
     tread's rubber does not fit a wheel, and SimulationStopped if a step fails.
     """
-    members = [
-        (
-            member,
-            contact_of_case(member, footprint.contact_length),
-            stiffness.tread(case.pattern, member.law.rubber.temperature or member.temperature),
-        )
-        for member in case.members
-    ]
+    members = [(member, *below_wheel(member, footprint, stiffness)) for member in case.members]
     slips = np.array([*case.slip, SMALL])
-    pieces = np.array_split(slips, calls_for(slips.size, footprint, members[0][2]))
+    pieces = np.array_split(slips, calls_for(slips.size, footprint, members[0][1]))
     found = []
-    for number, (member, contact, tread) in enumerate(members):
+    for number, (member, tread, contact) in enumerate(members):
         points: list[SlipPoint] = []
         for part in pieces:
             rolls = [member.rolling(float(slip)) for slip in part]

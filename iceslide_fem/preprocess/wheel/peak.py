@@ -8,7 +8,7 @@ import numpy as np
 
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.wheel.case import WheelCase
-from iceslide_fem.preprocess.wheel.case_contact import contact_of_case
+from iceslide_fem.preprocess.wheel.case_contact import below_wheel
 from iceslide_fem.preprocess.wheel.friction import friction
 from iceslide_fem.preprocess.wheel.slip_table import slips_of_a_stop
 from iceslide_fem.preprocess.wheel.stops import LINES, thinned
@@ -26,12 +26,11 @@ def peak_and_locked(
     """
     some = replace(footprint, pressure=footprint.sample(LINES))
     (member,) = case.members
-    tread = stiffness.tread(case.pattern, member.temperature)
-    contact = contact_of_case(member, footprint.contact_length)
+    below = below_wheel(member, footprint, stiffness)
     slips = thinned(slips_of_a_stop(), every)[1:]
-    mu = [one.mu for one in friction(some, [case.rolling(s) for s in slips], tread, contact)]
+    mu = [one.mu for one in friction(some, [case.rolling(s) for s in slips], *below)]
     top = int(np.argmax(mu))
     near = slips[max(top - 1, 0)], slips[min(top + 1, slips.size - 1)]
     finer = np.geomspace(*near, BETWEEN)
-    more = [one.mu for one in friction(some, [case.rolling(s) for s in finer], tread, contact)]
+    more = [one.mu for one in friction(some, [case.rolling(s) for s in finer], *below)]
     return {"mu_peak": float(max(*mu, *more)), "mu_locked": float(mu[-1])}

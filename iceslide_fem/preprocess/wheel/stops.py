@@ -17,7 +17,7 @@ from iceslide_fem.preprocess.wheel.braking import (
     starts,
 )
 from iceslide_fem.preprocess.wheel.case import WheelCase
-from iceslide_fem.preprocess.wheel.case_contact import contact_of_case
+from iceslide_fem.preprocess.wheel.case_contact import below_wheel
 from iceslide_fem.preprocess.wheel.slip_table import SlipTable, axes_of_a_stop, slip_table
 from iceslide_fem.preprocess.wheel.tread import TreadStiffness
 from iceslide_fem.runtime.arrays import Array
@@ -56,9 +56,8 @@ def table_of_stop(
     speeds, slips = axes_of_a_stop(case.speed, case.end_speed)
     some = replace(footprint, pressure=footprint.sample(LINES))
     (member,) = case.members
-    tread = stiffness.tread(case.pattern, member.temperature)
-    contact = contact_of_case(member, footprint.contact_length)
-    return slip_table(some, thinned(speeds, every), thinned(slips, every), tread, contact)
+    below = below_wheel(member, footprint, stiffness)
+    return slip_table(some, thinned(speeds, every), thinned(slips, every), *below)
 
 
 def stops_on(case: WheelCase, table: SlipTable, load: float) -> Stops:

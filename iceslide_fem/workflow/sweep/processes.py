@@ -10,7 +10,7 @@ import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 from queue import SimpleQueue
@@ -23,6 +23,7 @@ from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.files import replace_file
 from iceslide_fem.runtime.launch import available_cores, environment_of_one, module_words
 from iceslide_fem.scene import Scene, as_toml, load_scene
+from iceslide_fem.scene.fingerprint import fingerprint
 from iceslide_fem.workflow.sweep.plan import Case
 from iceslide_fem.workflow.sweep.table import SENTENCE, CaseResult, read_outcome
 from iceslide_fem.workflow.sweep.worker import Worker
@@ -163,6 +164,14 @@ def compute(folder: Path, cases: Sequence[Case], cores: Cores) -> Iterator[tuple
     finally:
         for worker in workers:
             worker.end()
+
+
+def compute_all(folder: Path, scenes: Mapping[str, Scene]) -> dict[str, CaseResult]:
+    """Run all `scenes` in `folder`, on all cores, and return their outcomes by name."""
+    cases = [Case(name, scene, fingerprint(scene)) for name, scene in scenes.items()]
+    prepare(folder, cases)
+    found = {case.name: result for case, result in compute(folder, cases, share_cores(1, None))}
+    return {name: found[name] for name in scenes}
 
 
 def _run(folder: Path, case: Case, worker: Worker) -> None:

@@ -19,6 +19,7 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse
 from starlette.routing import Route
 
+from iceslide_fem.app.serving import body_of
 from iceslide_fem.inference.parameters import checked
 from iceslide_fem.runs.many_points import friction
 from iceslide_fem.runtime.errors import IceslideError
@@ -119,11 +120,9 @@ def application(model: PointModel, hosts: Sequence[str]) -> Starlette:
 
 async def _asked(request: Request) -> dict[str, Any]:
     """What a request asks of the model. Raises Refused."""
-    body = b""
-    async for chunk in request.stream():
-        body += chunk
-        if len(body) > LARGEST_REQUEST:
-            raise Refused("InvalidInput", "the request is too large")
+    body = await body_of(request, LARGEST_REQUEST)
+    if body is None:
+        raise Refused("InvalidInput", "the request is too large")
     try:
         asked = json.loads(body)
         name = asked["name"]
