@@ -184,6 +184,12 @@ def test_wrong_input_is_one_sentence(texts, words, sentence, tmp_path, capsys):
     assert not out.exists()
 
 
+def test_a_fault_names_its_file(tmp_path, capsys):
+    paths = files(tmp_path, REF=POINT, A=POINT.replace("dry_stress", "dry_stres"))
+    assert exit_code("compare", *paths, "--out", tmp_path / "out") == 2
+    assert f"{paths[1]}: film.dry_stres" in capsys.readouterr().err
+
+
 def test_scenes_and_wheels_are_not_mixed(tmp_path):
     (path,) = files(tmp_path, REF=POINT)
     with pytest.raises(SceneError, match="all of one kind"):

@@ -121,11 +121,11 @@ def read_candidates(
 
     Raises SceneError, also if they are not all of one kind or two have the same name.
     """
-    found = list(_of_file(reference, stop))
+    found = _named_in(reference, _of_file(reference, stop))
     if len(found) != 1:
         raise SceneError(f"{reference} has variations; the reference is a scene or a wheel")
     for path in others:
-        found += _of_file(path, stop, (reference, found[0].name))
+        found += _named_in(path, _of_file(path, stop, (reference, found[0].name)))
     for one in found[1:]:
         if one.kind != found[0].kind:
             raise SceneError(
@@ -142,6 +142,15 @@ def read_candidates(
             "iceslide wheel"
         )
     return found
+
+
+def _named_in(path: Path, candidates: Iterator[Candidate]) -> list[Candidate]:
+    """The candidates of a file. Raises SceneError with its path."""
+    try:
+        return list(candidates)
+    except SceneError as error:
+        said = str(error)
+        raise SceneError(said if str(path) in said else f"{path}: {said}") from None
 
 
 def _of_file(
