@@ -14,7 +14,7 @@ PACKAGE = Path(__file__).parent.parent / "iceslide_fem"
 # From the ground up; a module or folder imports only what stands below its floor.
 FLOORS = [
     {"runtime"},
-    {"relaxation"},
+    {"relaxation", "surfaces"},
     {"scene", "fenics"},
     {"film", "mesh"},
     {"laws"},
@@ -34,7 +34,7 @@ FLOORS = [
 ]
 FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
 # What needs no finite elements is usable without them, and starts fast.
-WITHOUT_FENICS = {"runtime", "relaxation", "scene", "film", "laws", "reference"}
+WITHOUT_FENICS = {"runtime", "relaxation", "surfaces", "scene", "film", "laws", "reference"}
 WITHOUT_FENICS |= {"relaxation", "preprocess", "postprocess", "api", "exchange", "app"}
 WITHOUT_FENICS |= {"commands", "cli"}
 FINITE_ELEMENTS = {

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from iceslide_fem.cli import main
-from iceslide_fem.preprocess.roughness.read import read_surface
+from iceslide_fem.surfaces.read import read_surface
 from iceslide_fem.runtime.errors import SceneError
 
 pytestmark = pytest.mark.quick
@@ -283,7 +283,7 @@ def test_rows_of_alicona_are_padded(tmp_path):
 
 
 def test_every_verified_format_has_a_file_here():
-    from iceslide_fem.preprocess.roughness.read import VERIFIED
+    from iceslide_fem.surfaces.read import VERIFIED
 
     assert {name[1:] for name, _, _ in BY_SURFALIZE} == VERIFIED
 

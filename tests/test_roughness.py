@@ -17,7 +17,7 @@ from iceslide_fem.preprocess.roughness.parameters import (
     median_run,
     squeeze_diameter,
 )
-from iceslide_fem.preprocess.roughness.surface import (
+from iceslide_fem.surfaces.surface import (
     Surface,
     coarsened,
     levelled,

@@ -16,8 +16,8 @@ from surface_spec import SPEC
 
 from iceslide_fem.preprocess.roughness.case import RoughnessCase, material
 from iceslide_fem.preprocess.roughness.generate import SurfaceSpec, generate
-from iceslide_fem.preprocess.roughness.read import read_surface
-from iceslide_fem.preprocess.roughness.surface import Surface, levelled, low_passed
+from iceslide_fem.surfaces.read import read_surface
+from iceslide_fem.surfaces.surface import Surface, levelled, low_passed
 from iceslide_fem.preprocess.roughness.survey import COLUMNS, parameters, survey, table
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import load_scene, scene_from_dict

@@ -17,7 +17,7 @@ from iceslide_fem import simulate
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.preprocess.footprint.synthetic import Tread
 from iceslide_fem.preprocess.roughness.generate import generate
-from iceslide_fem.preprocess.roughness.surface import low_passed
+from iceslide_fem.surfaces.surface import low_passed
 from scripts.studies import (
     dry_calibration,
     footprint_findings,

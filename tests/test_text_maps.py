@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from iceslide_fem.preprocess.roughness.case import RoughnessCase
-from iceslide_fem.preprocess.roughness.read import read_surface
-from iceslide_fem.preprocess.roughness.surface import levelled
+from iceslide_fem.surfaces.read import read_surface
+from iceslide_fem.surfaces.surface import levelled
 from iceslide_fem.preprocess.roughness.survey import summary, survey
 from iceslide_fem.runtime.errors import SceneError
 

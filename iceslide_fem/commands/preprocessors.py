@@ -35,6 +35,10 @@ COMMANDS = {
         "k, D and H_V over pressure, from a height map of the rubber: contact.csv for "
         "film.contact.",
     ),
+    "hysteresis": Entry(
+        "iceslide_fem.preprocess.hysteresis.command",
+        "What rubber loses on the waves of rough ice: mu over speed, temperature and pressure.",
+    ),
     "calibrate": Entry(
         "iceslide_fem.inference.calibrate.command",
         "Parameters of a scene from measured friction, with intervals, and what is not determined.",

@@ -39,7 +39,8 @@ class Energies(NamedTuple):
 
     friction_work: work of the plate against friction, F v; load_work: work of the plate's weight,
     and of the inertial force - dv/dt m du of rubber that accelerates with the plate; ice_heat,
-    rubber_heat, latent_heat: heat from the interface; wall_heat: frictional heat of self-contact;
+    rubber_heat, latent_heat: heat from the interface; hysteresis_heat: made in the rubber on rough
+    ice; wall_heat: frictional heat of self-contact;
     rubber_dissipation: viscoelastic dissipation; elastic_energy, kinetic_energy: changes of the
     stored energies. The first two should equal the sum of the others.
     """
@@ -49,6 +50,7 @@ class Energies(NamedTuple):
     ice_heat: float = 0.0
     rubber_heat: float = 0.0
     latent_heat: float = 0.0
+    hysteresis_heat: float = 0.0
     wall_heat: float = 0.0
     rubber_dissipation: float = 0.0
     elastic_energy: float = 0.0
@@ -58,7 +60,7 @@ class Energies(NamedTuple):
     def missing(self) -> float:
         """Work of the plate minus all energy taken, J: the error of the balance."""
         taken = self.ice_heat + self.rubber_heat + self.latent_heat + self.wall_heat
-        taken += self.rubber_dissipation
+        taken += self.hysteresis_heat + self.rubber_dissipation
         kept = self.elastic_energy + self.kinetic_energy
         return self.friction_work + self.load_work - taken - kept
 
@@ -129,6 +131,7 @@ def step_energies(
         ice_heat=total("ice_heat"),
         rubber_heat=total("rubber_heat"),
         latent_heat=total("latent_heat"),
+        hysteresis_heat=total("hysteresis_heat"),
         wall_heat=wall_heat,
         rubber_dissipation=rubber_dissipation,
         elastic_energy=after.elastic_energy - before.elastic_energy + stored,

@@ -23,6 +23,7 @@ class Ledger:
         """Set all entries to zero at the present time."""
         self.friction_work = self.load_work = 0.0
         self.ice_heat = self.rubber_heat = self.latent_heat = self.wall_heat = 0.0
+        self.hysteresis_heat = 0.0
         self.rubber_dissipation = 0.0
         self.elastic_energy = self.kinetic_energy = 0.0
         self.squeezed_water = self.lost_water = self.pushed_out_water = 0.0

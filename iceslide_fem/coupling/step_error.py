@@ -228,6 +228,7 @@ class StepError:
         swings.
         """
         taken = energies.ice_heat + energies.rubber_heat + energies.latent_heat
+        taken += energies.hysteresis_heat
         turnover = max(abs(energies.friction_work), taken)
         load = self._block.scene.load
         if load.changes or not self._block.law.viscous:

@@ -162,6 +162,12 @@ class Carried(NamedTuple):
         p = np.maximum(self.pressure, 0.0)
         return np.minimum(p, self.voids.carried(water / self.flows) / self.softness)
 
+    def share(self, water: Array) -> Array:
+        """p_c / p with `water` (m) in the voids; 1 without pressure."""
+        p = np.maximum(self.pressure, 0.0)
+        solid = self.contact_pressure(water)
+        return np.divide(solid, p, out=np.ones_like(p), where=p > 0.0)
+
     def sharing(self, water: Array, speed: Array, whole: Whole | None = None) -> Sharing:
         """Load sharing with `water` (m) in the voids, at a slip `speed` (m/s).
 

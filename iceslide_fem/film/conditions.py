@@ -8,11 +8,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from iceslide_fem.film.contact_age import contact_age
+from iceslide_fem.film.hysteresis import hysteresis_of
 from iceslide_fem.film.passes import Passes
 from iceslide_fem.film.point_conditions import Conditions, Loading
 from iceslide_fem.film.rubber_heat import INSULATED, HalfFilm, Insulated, RubberColumns
 from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.film.shear_strength import DRY, shear_strength
+from iceslide_fem.film.strength_over_speed import speed_law
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.course import SAMPLED, Course
@@ -113,6 +115,8 @@ def conditions_at(
         "viscosity": scene.viscosity,
         "strength": shear_strength(scene),
         "refreeze": scene.refreeze if scene.film.voids == "stop" else "nothing",
+        "hysteresis": hysteresis_of(scene),
+        "rate": speed_law(scene),
     }
     contact = {"k": k, "D": D, "H_V": H_V}
     ridden = {"pressure": pressure, "speed": speed, "duration": duration}
@@ -135,14 +139,16 @@ def varied_conditions(scene: Scene, **varied: ArrayLike) -> Conditions:
     count = np.broadcast_shapes((1,), *map(np.shape, varied.values()))
     strength = shear_strength(scene, **{key: varied.pop(key) for key in DRY if key in varied})
     fixed: dict[str, Any] = scene_conditions(scene)._asdict()
-    del fixed["limit"], fixed["refreeze"]
+    del fixed["limit"], fixed["refreeze"], fixed["hysteresis"]
     k, D, H_V, _ = scene.contact_parameters(varied.get("pressure", fixed["pressure"]))
     height = scene.height_on(varied.get("temperature", fixed["temperature"]))
     fixed |= {"k": k, "D": D, "H_V": H_V, "initial_height": height}
     fixed["duration"] = np.broadcast_to(
         exposures(scene, varied.get("speed", fixed["speed"]), scene.load.duration), count
     )
-    return Conditions.of(strength=strength, refreeze=scene.refreeze, **fixed | varied)
+    components = {"refreeze": scene.refreeze, "hysteresis": hysteresis_of(scene)}
+    components |= {"strength": strength, "rate": speed_law(scene)}
+    return Conditions.of(**components | fixed | varied)
 
 
 def scene_passes(scene: Scene) -> Passes:

@@ -27,7 +27,7 @@ def films_of(
     rows: list[Array] = []
     if limit is not None:
         here = limit if water is None else limit.at_viscosity(np.exp(log_viscosity))
-        rows = list(here.internal(height, speed, limit.strength(undercooling)))
+        rows = list(here.internal(height, speed, limit.at_slip(speed)(undercooling)))
         rows[0] = rows[0] + log_viscosity
     elif water is not None or lug is not None:
         rows = [log_viscosity]

@@ -8,6 +8,7 @@ from typing import NamedTuple, Protocol, Self
 import numpy as np
 
 from iceslide_fem.film.carrying import Beside, Carried, Sharing
+from iceslide_fem.film.hysteresis import Rough
 from iceslide_fem.film.law import FilmForcing, FilmHistory, FilmStage, Surface
 from iceslide_fem.film.limiting_shear import LimitingShear
 from iceslide_fem.film.phase import Phase, Refreeze
@@ -41,6 +42,13 @@ class StageLoads(FilmForcing, Protocol):
     def height(self, log_height: Array) -> Array:
         """h (m) from the height variable."""
 
+    @property
+    def rough(self) -> Rough | None:
+        """Hysteresis on rough ice."""
+
+    def share(self, end: FilmHistory | FilmStage) -> Array | float:
+        """p_c / p, (n,)."""
+
     def stress_of(self, shearing: Array, end: FilmHistory | FilmStage) -> Array:
         """tau (Pa) of films of the `shearing` (1/m), and of water in voids that carry, (n,)."""
 
@@ -72,6 +80,12 @@ class FilmOnIce(NamedTuple):
 
     def solve(self, ice: Surface, near: Array | None = None) -> FilmStage:
         """The stage above `ice`, with the viscosity at its end; `near` is not needed."""
+        found = self._film(ice)
+        if self.loads.rough is None:
+            return found
+        return found._replace(hysteresis=self.loads.rough.borne(self.loads.share(found))[1])
+
+    def _film(self, ice: Surface) -> FilmStage:
         loads, variable_viscosity = self.loads, self.loads.variable_viscosity
         if variable_viscosity is None:
             return self._beside_voids(loads, ice)

@@ -160,8 +160,15 @@ class Step(NamedTuple):
 
     @property
     def friction_work(self) -> Array:
-        """Friction work over the step, J/m2: heat of ice and rubber plus latent heat."""
-        return self.dt * weighted(self.weights, [s.friction_power for s in self.stages])
+        """Friction work over the step, J/m2: heat of ice and rubber, latent heat, hysteresis."""
+        film = self.dt * weighted(self.weights, [s.friction_power for s in self.stages])
+        return film + self.hysteresis_heat
+
+    @property
+    def hysteresis_heat(self) -> Array:
+        """Heat of hysteresis inside the rubber over the step, J/m2."""
+        made = self.dt * weighted(self.weights, [s.hysteresis for s in self.stages])
+        return np.broadcast_to(made, self.last.ice_flux.shape)
 
     @property
     def ice_heat(self) -> Array:

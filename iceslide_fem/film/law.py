@@ -109,7 +109,8 @@ class FilmStage(NamedTuple):
     saturated: masks of the two switches; overfill: H_s - H_V with unlimited free volume, m;
     ice_slope: resistance times - d q_ice / d offset, 1 where it melts, else 0; rubber_flux:
     q_rubber, then also a part of q_f, W/m2; internal: as in `FilmHistory`, (m, n); shearing: eta /
-    (eta_0 h), 1/m; outflow: of water from full voids to the edges of a lug, m/s.
+    (eta_0 h), 1/m; outflow: of water from full voids to the edges of a lug, m/s;
+    hysteresis: heat made in the rubber on rough ice, W/m2, which is no part of q_f.
     """
 
     log_height: Array
@@ -126,6 +127,7 @@ class FilmStage(NamedTuple):
     internal: Array = np.zeros((0, 1))
     shearing: Array = np.zeros(1)
     outflow: Array = np.zeros(1)
+    hysteresis: Array = np.zeros(1)
 
 
 class Film(Protocol):

@@ -21,7 +21,7 @@ import numpy as np
 
 from iceslide_fem.film.height import CLOSE, Terms, log_height_of
 from iceslide_fem.film.law import FilmForcing, FilmStage, Surface
-from iceslide_fem.film.limiting_shear import NO_STRENGTH, LimitingShear, dry_strength, shearing
+from iceslide_fem.film.limiting_shear import NO_STRENGTH, LimitingShear, balanced, shearing
 from iceslide_fem.film.phase import Phase
 from iceslide_fem.runtime.arrays import Array, Index, Mask
 
@@ -128,7 +128,9 @@ def limited_stage(
     """The film law under a limiting shear stress in one implicit stage, as `implicit_stage`."""
     T_m, R, phase = ice.solid.melting_temperature, ice.resistance, loads.phase
     drag, power = limit.drag(loads.speed), loads.viscous * loads.speed
-    softest = np.maximum(limit.strength.strength[0], NO_STRENGTH * limit.strength.strength[-1])
+    tau_b = limit.at_slip(loads.speed)
+    least_strength = NO_STRENGTH * tau_b.hardest
+    softest = np.maximum(tau_b.softest, least_strength)
     unit = dt / ice.solid.melting_enthalpy
     room = loads.free_height - squeezed
     fed = ice.melted_flux if phase is None else phase.of_film(ice)
@@ -149,13 +151,14 @@ def limited_stage(
         at_melting |= phase.films & (~gone | (other < stored))
         available = np.where(phase.films, limit.height(log_height) / unit + stored, 0.0)
     given = given + other
-    found = dry_strength(limit.strength, T_m - ice.offset - R * given, R, power, h, drag)
-    strength = np.where(at_melting, softest, np.maximum(found.strength, softest))
+    cold = T_m - ice.offset - R * given, R, power, h, drag
+    found = balanced(tau_b, *cold)
+    strength = np.where(at_melting, softest, np.maximum(found.strength, least_strength))
     q_f = np.where(at_melting, molten, found.flux)
     q_ice = np.where(at_melting, ice.melted_flux, np.minimum(q_f + given, ice.melted_flux))
     q_melt = q_f - q_ice
     # Slope of the friction power of points at T_m, as if they could be warmer.
-    slope = np.where(at_melting, limit.strength.slope(np.zeros(h.size, dtype=int)), found.slope)
+    slope = np.where(at_melting, tau_b.slope_at(np.zeros_like(h)), found.slope)
     less = R * power * drag * slope / (h * strength + drag) ** 2
     unmolten = q_f * (1.0 + unit * np.maximum(q_melt, 0.0) / (h + drag / strength))
     unmolten += np.where(q_melt < 0.0, available, 0.0)

@@ -22,6 +22,7 @@ import numpy as np
 
 from iceslide_fem.film.law import FilmHistory, FilmStage
 from iceslide_fem.film.shear_strength import ShearStrength
+from iceslide_fem.film.strength_over_speed import Balanced, RatedStrength, SpeedLaw, at_speed
 from iceslide_fem.runtime.arrays import Array, Index, Mask
 
 SHEAR_STRENGTH = "shear_strength_Pa"  # column of tau_b in tables
@@ -40,12 +41,14 @@ ROUNDING = 1e-12
 class LimitingShear(NamedTuple):
     """Limit of the shear of films.
 
-    It has tau_b, the viscosity eta (Pa s) and s (m), scalars or one per point.
+    It has tau_b, the viscosity eta (Pa s) and s (m), scalars or one per point; rate: how tau_b
+    depends on the slip speed, or None.
     """
 
     strength: ShearStrength
     viscosity: Array | float
     added: Array | float
+    rate: SpeedLaw | None = None
 
     @classmethod
     def of(
@@ -54,10 +57,11 @@ class LimitingShear(NamedTuple):
         viscosity: Array | float,
         speed: Array | float,
         freezes: bool = False,
+        rate: SpeedLaw | None = None,
     ) -> LimitingShear:
         """The limit with s = h_b at the melting point and at a `speed` (m/s), at most `MOST_ADDED`.
 
-        freezes: whether films freeze.
+        freezes: whether films freeze; rate: as of the limit.
         """
         with np.errstate(divide="ignore"):
             thickness = viscosity * np.maximum(speed, SLOWEST) / strength.strength[0]
@@ -65,7 +69,7 @@ class LimitingShear(NamedTuple):
         if freezes:
             added = np.maximum(added, LEAST_ADDED)
         number = added if added.size > 1 else float(added[0])
-        return cls(strength, viscosity, number)
+        return cls(strength, viscosity, number, rate)
 
     @classmethod
     def together(cls, limits: Sequence[LimitingShear], sizes: Sequence[int]) -> LimitingShear:
@@ -76,7 +80,7 @@ class LimitingShear(NamedTuple):
         )
         strength = ShearStrength.together([limit.strength for limit in limits], sizes)
         viscosity, added = numbers
-        return cls(strength, viscosity, added)
+        return cls(strength, viscosity, added, limits[0].rate)
 
     def at_viscosity(self, ratio: Array) -> LimitingShear:
         """The limit with a viscosity of `ratio` times this one, (n,)."""
@@ -93,6 +97,10 @@ class LimitingShear(NamedTuple):
             viscosity=of_points(self.viscosity),
             added=of_points(self.added),
         )
+
+    def at_slip(self, speed: Array) -> ShearStrength | RatedStrength:
+        """tau_b over temperature at slip speeds (m/s), (n,)."""
+        return at_speed(self.strength, self.rate, speed)
 
     def drag(self, speed: Array) -> Array:
         """eta v (Pa m) at slip speeds (m/s), (n,); at least that of `SLOWEST`."""
@@ -117,8 +125,11 @@ class LimitingShear(NamedTuple):
         strength = stage.internal[1]
         drag = self.drag(speed)
         dry = drag / (self.height(stage.log_height) * strength + drag)
-        row = (self.strength.strength <= strength).sum(axis=0) - 1
-        relative = np.where(stage.melting, 0.0, dry * self.strength.slope(row) / strength)
+        if self.rate is None:
+            slope = self.strength.slope((self.strength.strength <= strength).sum(axis=0) - 1)
+        else:
+            slope = np.abs(self.at_slip(speed).slope_at(self.rate.melting - stage.dry_temperature))
+        relative = np.where(stage.melting, 0.0, dry * slope / strength)
         with np.errstate(divide="ignore"):
             return np.asarray(1.0 / relative)
 
@@ -143,22 +154,14 @@ def shearing(height: Array, strength: Array, drag: Array) -> Array:
     return strength / (height * strength + drag)
 
 
-class Strengths(NamedTuple):
-    """tau_b (Pa) of points that do not melt, d tau_b / d u (Pa/K) there, and their flux (W/m2)."""
-
-    strength: Array
-    slope: Array
-    flux: Array
-
-
-def dry_strength(
-    strength: ShearStrength,
+def balanced(
+    strength: ShearStrength | RatedStrength,
     undercooling: Array,
     resistance: Array,
     power: Array,
     height: Array,
     drag: Array,
-) -> Strengths:
+) -> Balanced:
     """tau_b at the temperature caused by friction, where the ice does not melt, (n,).
 
     With u = T_m - T of the surface, the `undercooling` u_0 without friction (K), and the flux
@@ -171,6 +174,8 @@ def dry_strength(
 
     resistance: R (K m2/W); power: c v (W/m); height: h (m); drag: eta v (Pa m).
     """
+    if isinstance(strength, RatedStrength):
+        return strength.balanced(undercooling, resistance, power, height, drag)
     rows = len(strength.depth)
     low, high = np.zeros(height.size, dtype=int), np.full(height.size, rows)
 
@@ -194,4 +199,4 @@ def dry_strength(
             linear >= 0.0, 2.0 * aim * drag / (linear + root), (root - linear) / (2.0 * height)
         )
     tau = np.where(slope > 0.0, np.maximum(tau, first), first)
-    return Strengths(tau, slope, power * tau / (height * tau + drag))
+    return Balanced(tau, slope, power * tau / (height * tau + drag))

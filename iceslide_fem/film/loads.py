@@ -5,7 +5,7 @@
 
 Equation numbers are those of R. Leonardi's thesis. The film law is made of components: contact (k,
 D, H_V), shear (viscous, or limited by a strength), voids (squeeze-out stops, or they carry), phase
-change (melts, freezes), and a viscosity over temperature. A law that has other components than the
+change (melts, freezes), a viscosity over temperature, and hysteresis on rough ice. A law that has other components than the
 published one has internal variables of its films, in this order:
 
     ln(eta (h + s) / (eta_0 (h + h_b)))    s and h_b as in `limiting_shear`, 0 without a limit
@@ -25,6 +25,7 @@ import numpy as np
 
 from iceslide_fem.film.carrying import Carried, Sharing
 from iceslide_fem.film.height import CLOSE
+from iceslide_fem.film.hysteresis import Rough
 from iceslide_fem.film.ice_heat import IceHeat
 from iceslide_fem.film.in_stage import FilmOnIce
 from iceslide_fem.film.integrators import EVEN, InterfaceState, Step, Weights, error_norms
@@ -49,7 +50,8 @@ class FilmLoads(NamedTuple):
 
     variable_viscosity: eta depends on the film's temperature, and the arrays use its reference
     eta_0; limit: tau is at most the dry shear strength; carried: full voids bear load; refreeze,
-    phase: which water freezes (`film.phase`), phase that of a stage.
+    phase: which water freezes (`film.phase`), phase that of a stage; rough: hysteresis on rough
+    ice, which adds to tau.
     """
 
     viscous: Array
@@ -61,6 +63,7 @@ class FilmLoads(NamedTuple):
     carried: Carried | None = None
     refreeze: Refreeze = "nothing"
     phase: Phase | None = None
+    rough: Rough | None = None
 
     @property
     def alone(self) -> bool:
@@ -79,6 +82,7 @@ class FilmLoads(NamedTuple):
             self.limit and self.limit.take(index),
             self.carried and self.carried.take(index),
             self.refreeze,
+            rough=self.rough and self.rough.take(index),
         )
 
     def completed(self, covered: Mask, other: FilmLoads) -> FilmLoads:
@@ -117,7 +121,8 @@ class FilmLoads(NamedTuple):
         if carried is not None and end.carried is not None:
             carried = carried.at(end.carried, fraction)
         components = end.variable_viscosity, end.limit, carried, end.refreeze
-        return FilmLoads(viscous, speed, squeeze, free, *components)
+        rough = self.rough and end.rough and self.rough.at(end.rough, fraction)
+        return FilmLoads(viscous, speed, squeeze, free, *components, rough=rough)
 
     def film(
         self,
@@ -177,12 +182,12 @@ class FilmLoads(NamedTuple):
         )
 
     def growth(self, state: InterfaceState) -> Array | float:
-        """Ratio of tau in `state` to tau with all pressure on the asperities, (n,)."""
+        """Ratio of the film's tau in `state` to that with all pressure on the asperities, (n,)."""
         if self.carried is None:
             return 1.0
         shearing = np.exp(self.log_shearing(state))
         whole = self.viscous * shearing
-        now = self.stress_of(shearing, state)
+        now = self._film_stress(shearing, state)
         return np.divide(now, whole, out=np.ones_like(now), where=whole != 0.0)
 
     def stress(self, stage: FilmStage) -> Array:
@@ -190,10 +195,19 @@ class FilmLoads(NamedTuple):
         return self.stress_of(stage.shearing, stage)
 
     def stress_of(self, shearing: Array, end: FilmHistory | FilmStage) -> Array:
-        """tau (Pa) of films of the `shearing` (1/m), and of water in voids that carry, (n,).
+        """tau (Pa) of films of the `shearing` (1/m), of water in voids that carry, and of
+        hysteresis, (n,).
 
         end: end of a step or a stage, with the water in the voids.
         """
+        film = self._film_stress(shearing, end)
+        return film if self.rough is None else film + self.rough.borne(self.share(end))[0]
+
+    def share(self, end: FilmHistory | FilmStage) -> Array | float:
+        """p_c / p with the water at the `end` of a step or a stage, (n,)."""
+        return 1.0 if self.carried is None else self.carried.share(end.squeezed_height)
+
+    def _film_stress(self, shearing: Array, end: FilmHistory | FilmStage) -> Array:
         if self.carried is None:
             return np.asarray(self.viscous * shearing)
         shared = self.carried.sharing(end.squeezed_height, self.speed)
@@ -220,7 +234,11 @@ class FilmLoads(NamedTuple):
             / np.maximum(np.abs(getattr(end, name)), np.abs(getattr(self, name)) + 1e-300)
             for name in ("viscous", "squeeze_rate")
         )
-        return np.maximum(*gaps)
+        bent = np.maximum(*gaps)
+        if self.rough is None or middle.rough is None or end.rough is None or line.rough is None:
+            return bent
+        largest = np.maximum(np.abs(end.rough.shear), np.abs(self.rough.shear) + 1e-300)
+        return np.maximum(bent, np.abs(middle.rough.shear - line.rough.shear) / largest)
 
     def force(self, step: Step) -> Array:
         """Magnitude of tau (Pa) at the end of the `step`, (n,)."""
@@ -304,6 +322,7 @@ def film_loads(
     limit: LimitingShear | None = None,
     carried: Carried | None = None,
     refreeze: Refreeze = "nothing",
+    rough: Rough | None = None,
 ) -> FilmLoads:
     """Loads at `pressure` (Pa) and `speed` (m/s) for contact parameters k, D (m), H_V (m).
 
@@ -312,4 +331,4 @@ def film_loads(
     """
     K3 = squeeze_rate(np.maximum(pressure, 0.0), D, viscosity)
     components = variable_viscosity, limit, carried, refreeze
-    return FilmLoads(k * viscosity * speed, speed, K3, H_V, *components)
+    return FilmLoads(k * viscosity * speed, speed, K3, H_V, *components, rough=rough)

@@ -10,10 +10,12 @@ from numpy.typing import ArrayLike
 
 from iceslide_fem.film.contact_age import ContactAge
 from iceslide_fem.film.first_films import films_of
+from iceslide_fem.film.hysteresis import Hysteresis
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.film.limiting_shear import LimitingShear, ShearStrength, film_height
 from iceslide_fem.film.loads import FilmLoads, film_loads
 from iceslide_fem.film.phase import Refreeze
+from iceslide_fem.film.strength_over_speed import SpeedLaw
 from iceslide_fem.film.viscosity import VariableViscosity
 from iceslide_fem.runtime.arrays import Array, Index
 from iceslide_fem.runtime.curve import Curve
@@ -53,7 +55,7 @@ class Conditions(NamedTuple):
     pressure (Pa), speed (m/s), temperature of the ice (K), k, D (m), H_V (m), initial_height
     (m), duration (s); viscosity of the water (Pa s); of the ice conductivity (W/(m K)), density
     (kg/m3), heat_capacity (J/(kg K)), melting_temperature (K), latent_heat (J/kg). limit: of the
-    shear, or None.
+    shear, or None; hysteresis: on rough ice, or None.
 
     ```python
     import numpy as np
@@ -83,6 +85,7 @@ class Conditions(NamedTuple):
     latent_heat: Array
     limit: LimitingShear | None = None
     refreeze: Refreeze = "nothing"
+    hysteresis: Hysteresis | None = None
 
     @classmethod
     def of(
@@ -90,14 +93,16 @@ class Conditions(NamedTuple):
         strength: ShearStrength | None = None,
         refreeze: Refreeze = "nothing",
         fastest: float | None = None,
+        hysteresis: Hysteresis | None = None,
+        rate: SpeedLaw | None = None,
         **values: ArrayLike,
     ) -> Conditions:
         """Conditions from values that broadcast to one dimension; defaults for water and ice.
 
         strength: tau_b of dry rubber on ice if it limits the shear (`limiting_shear`). Films may
         then begin with the height 0, and freeze: `refreeze` is "nothing", "film" or "all". fastest:
-        largest speed over time, m/s, by default `speed`. Raises ValueError if a value is missing,
-        unknown, or outside `RANGES`.
+        largest speed over time, m/s, by default `speed`; hysteresis: on rough ice;
+        rate: how the strength depends on speed. Raises ValueError if a value is missing, unknown, or outside `RANGES`.
         """
         values = DEFAULTS | values
         for name in sorted({*RANGES} ^ {*values}):
@@ -119,22 +124,23 @@ class Conditions(NamedTuple):
                 "films that freeze begin with the height 0: water on cold ice freezes at once"
             )
         if strength is None:
-            return cls(**numbers)  # type: ignore[arg-type]
+            return cls(**numbers, hysteresis=hysteresis)  # type: ignore[arg-type]
         speed = numbers["speed"] if fastest is None else fastest
         freezes = refreeze != "nothing"
-        limit = LimitingShear.of(strength, numbers["viscosity"], speed, freezes)
-        return cls(**numbers, limit=limit, refreeze=refreeze)
+        limit = LimitingShear.of(strength, numbers["viscosity"], speed, freezes, rate)
+        return cls(**numbers, limit=limit, refreeze=refreeze, hysteresis=hysteresis)
 
     @classmethod
     def together(cls, parts: Sequence[Conditions]) -> Conditions:
-        """Conditions of the points of all `parts`, which have all a limit or none, and freeze
-        alike.
+        """Conditions of the points of all `parts`, which have all a limit or none, freeze alike,
+        and slide on the same ice.
         """
         limits = [part.limit for part in parts if part.limit is not None]
         arrays = {name: np.concatenate([getattr(part, name) for part in parts]) for name in RANGES}
         sizes = [part.pressure.size for part in parts]
         limit = LimitingShear.together(limits, sizes) if limits else None
-        return cls(**arrays, limit=limit, refreeze=parts[0].refreeze)
+        first = parts[0]
+        return cls(**arrays, limit=limit, refreeze=first.refreeze, hysteresis=first.hysteresis)
 
     def in_water(self, water: Curve | None) -> Conditions:
         """The conditions with the viscosity of a table over temperature, that of the cold ice."""
@@ -147,7 +153,9 @@ class Conditions(NamedTuple):
     def loads(self, water: Curve | None = None) -> FilmLoads:
         """Constant film loads; with `water` the viscosity is that of the table at T_0."""
         variable_viscosity = None if water is None else VariableViscosity(water, self.viscosity)
-        contact = self.k, self.D, self.H_V
+        contact, rough = (self.k, self.D, self.H_V), None
+        if self.hysteresis is not None:
+            rough = self.hysteresis.at(self.pressure, self.speed, self.temperature)
         return film_loads(
             self.pressure,
             self.speed,
@@ -156,6 +164,7 @@ class Conditions(NamedTuple):
             variable_viscosity,
             self.limit,
             refreeze=self.refreeze,
+            rough=rough,
         )
 
     @property
@@ -192,7 +201,7 @@ class Conditions(NamedTuple):
         """The conditions at `index`."""
         arrays = {name: getattr(self, name).take(index, mode="clip") for name in RANGES}
         limit = self.limit and self.limit.take(index)
-        return Conditions(**arrays, limit=limit, refreeze=self.refreeze)
+        return self._replace(**arrays, limit=limit)
 
 
 class FilmStart(NamedTuple):

@@ -75,6 +75,20 @@ class ShearStrength(NamedTuple):
         run = self.at(there, self.depth) - self.at(here, self.depth)
         return np.divide(rise, run, out=np.zeros_like(rise), where=run > 0.0)
 
+    @property
+    def softest(self) -> Array:
+        """tau_b at the melting point, Pa."""
+        return self.strength[0]
+
+    @property
+    def hardest(self) -> Array:
+        """The largest tau_b, Pa."""
+        return self.strength[-1]
+
+    def slope_at(self, depth: Array) -> Array:
+        """d tau_b / d u (Pa/K) above each u (K), (n,)."""
+        return self.segment(depth)[1]
+
     def at(self, row: Index, column: Array) -> Array:
         """Values of a column in these rows, (n,)."""
         if column.shape[1] == 1:
@@ -113,15 +127,3 @@ def shear_strength(scene: Scene, **varied: Any) -> ShearStrength | None:
     if isinstance(stress, tuple):
         return ShearStrength.of_rows(stress, scene.ice.melting_temperature)
     return ShearStrength.softening(stress, np.inf if softening is None else softening, residual)
-
-
-def shearing_height(scene: Scene, speed: float) -> float:
-    """h0 + eta v / tau_b (m): height of a water film with the initial shear of the contact.
-
-    speed: slip speed, m/s.
-    """
-    strength = shear_strength(scene)
-    if strength is None:
-        return scene.initial_height
-    coldness = np.array([scene.ice.melting_temperature - scene.ice.temperature])
-    return scene.initial_height + scene.viscosity * speed / float(strength(coldness)[0])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from iceslide_fem.film.hysteresis import Rough
 from iceslide_fem.film.integrators import InterfaceState, advance
 from iceslide_fem.film.law import log_shearing
 from iceslide_fem.film.loads import FilmLoads
@@ -114,7 +115,7 @@ class OnIce:
         )  # fmt: skip
         touching = self._law.read(here, internal, contact.speed, state.age)
         if self._law.wet is None:
-            return touching
+            return self._law.on_rough_ice(touching, lambda pressure: pressure)
         _, loads = self.on_nodes(contact, state.age)
         growth = self.at_points(loads.growth(state) * of_nodes, contact) / here
 
@@ -123,7 +124,10 @@ class OnIce:
             tau, by_pressure, by_speed = touching(pressure, speed)
             return factor * tau, factor * by_pressure, factor * by_speed
 
-        return shear
+        if self._law.rough is None:
+            return shear
+        share = self.at_points(np.broadcast_to(loads.share(state), of_nodes.shape), contact)
+        return self._law.on_rough_ice(shear, lambda p: share.reshape(p.shape) * p)
 
     def film_height(self, state: InterfaceState, contact: ContactLoads) -> Array:
         """Mean of the films around each point. Collective."""
@@ -210,14 +214,20 @@ class OnIce:
         viscous = touching * loads.viscous
         squeeze, free = touching * loads.squeeze_rate, touching * loads.free_height
         amounts = np.stack([touching, viscous, viscous * loads.speed, squeeze, free])
+        if loads.rough is not None:
+            amounts = np.concatenate([amounts, touching * np.stack(loads.rough)])
         given = grid.scatter(amounts, place(grid, contact))
-        area, viscous, power, squeeze, free = given[:, grid.own]
+        area, viscous, power, squeeze, free, *rough = given[:, grid.own]
         covered, cell = area > 0.0, grid.cell_area[grid.own]
         speed = np.divide(power, viscous, out=np.zeros_like(power), where=viscous > 0.0)
         free = np.divide(free, area, out=np.ones_like(free), where=covered)
         of_nodes = loads._replace(
             viscous=viscous / cell, speed=speed, squeeze_rate=squeeze / cell, free_height=free
         )
+        if rough:
+            shear, warms, exponent = rough
+            grows = np.divide(exponent, area, out=np.ones_like(area), where=covered)
+            of_nodes = of_nodes._replace(rough=Rough(shear / cell, warms / cell, grows))
         return covered, of_nodes
 
     def _cover(self, contact: ContactLoads) -> Array:

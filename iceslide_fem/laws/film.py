@@ -16,6 +16,7 @@ import numpy as np
 from iceslide_fem.film.carrying import Carried
 from iceslide_fem.film.contact_age import CONTACT_AREA, AnyContact, ContactAge, contact_age
 from iceslide_fem.film.first_films import films_of
+from iceslide_fem.film.hysteresis import Hysteresis, hysteresis_of
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.film.law import log_shearing
 from iceslide_fem.film.limiting_shear import (
@@ -26,7 +27,9 @@ from iceslide_fem.film.limiting_shear import (
 )
 from iceslide_fem.film.loads import MOLTEN, FilmLoads, film_loads, viscosity_row
 from iceslide_fem.film.phase import Refreeze
-from iceslide_fem.film.shear_strength import shear_strength, shearing_height
+from iceslide_fem.film.shear_strength import shear_strength
+from iceslide_fem.film.strength_over_speed import shearing_height
+from iceslide_fem.film.strength_over_speed import speed_law
 from iceslide_fem.film.viscosity import FILM_VISCOSITY, VariableViscosity
 from iceslide_fem.film.voids import Voids, WetVoids, lugs_of
 from iceslide_fem.laws.protocol import Sheared
@@ -77,7 +80,8 @@ class FilmLaw:
     for squeeze-out instead of the local one, or None; ramp_pressure: pressure (Pa) over which shear
     fades in, because film shear does not vanish with p and would jump at touchdown; viscosity:
     eta_0 of water, Pa s. Components are None if the law does not have them; refreeze: which water
-    freezes; flows: speed of water over that of ice that passes (`film.carrying`), below points.
+    freezes; flows: speed of water over that of ice that passes (`film.carrying`), below points;
+    rough: hysteresis on rough ice.
     """
 
     contact: AnyContact
@@ -91,6 +95,7 @@ class FilmLaw:
     wet: WetVoids | None = None
     refreeze: Refreeze = "nothing"
     flows: float = 1.0
+    rough: Hysteresis | None = None
     fault: str | None = None
     has_film: bool = True
 
@@ -103,14 +108,15 @@ class FilmLaw:
                 (" with a limiting shear stress", self.limit),
                 (" at the contact's age", self.age),
                 (" beside voids that carry", self.wet),
+                (" on rough ice", self.rough),
             )
             if component is not None
         )
 
     @property
     def viscous(self) -> bool:
-        """Whether shear is proportional to the slip speed: without a limit."""
-        return self.limit is None
+        """Whether shear is proportional to the slip speed: without a limit, on smooth ice."""
+        return self.limit is None and self.rough is None
 
     def freezes_open(self, state: InterfaceState) -> Mask | bool:
         """Whether water also freezes where no rubber covers the ice, in a step from `state`.
@@ -176,7 +182,8 @@ class FilmLaw:
         p, k = np.where(pressure > 0.0, p, 0.0), ramp * k
         components = self.water, self.limit, carried, self.refreeze
         room = np.maximum(self.flows * H_V, NOTHING) if self.flows != 1.0 else H_V
-        return film_loads(p, speed, k, D, room, self.viscosity, *components)
+        rough = self.rough and self.rough.at(pressure, speed, self.first.rubber)
+        return film_loads(p, speed, k, D, room, self.viscosity, *components, rough=rough)
 
     def initial(self, film_height: float, n: int) -> tuple[Array, Array, Array]:
         """Films of the height (m) on ice at its initial temperature, with the water on it."""
@@ -200,6 +207,17 @@ class FilmLaw:
 
     def sheared(self, state: InterfaceState, temperature: Callable[[], Array]) -> Sheared:
         """The shear law of films in `state`, with their present strength and water."""
+
+        def borne(pressure: Array) -> Array:
+            if self.wet is None:
+                return pressure
+            found = self.contact_pressure(pressure.ravel(), state.squeezed_height, state.age)
+            return found.reshape(pressure.shape)
+
+        return self.on_rough_ice(self._films(state), borne)
+
+    def _films(self, state: InterfaceState) -> Sheared:
+        """The shear law of films in `state` alone."""
         water = None if self.wet is None else state.squeezed_height
         row = viscosity_row(self.limit)
         ratio = None if self.water is None else np.exp(state.internal[row])
@@ -250,7 +268,7 @@ class FilmLaw:
     def read(self, shearing: Array, internal: Array, speed: Array, age: Array = YOUNG) -> Sheared:
         """The shear law of points with the mean `shearing` (1/m), (n,), exp of `log_shearing`.
 
-        Voids that carry are left out.
+        Voids that carry and hysteresis are left out.
         """
         whole = 1.0 / shearing
         if self.limit is None:
@@ -296,6 +314,21 @@ class FilmLaw:
             here, more = film + thick
             slope = (more - here) / step
             return here * speed, slope * speed, film[0] * viscous + thick[0]
+
+        return shear
+
+    def on_rough_ice(self, film: Sheared, borne: Callable[[Array], Array]) -> Sheared:
+        """The shear of films and of hysteresis; borne: p -> p_c (Pa), any shape."""
+        if self.rough is None:
+            return film
+        rough, kelvin = self.rough, self.first.rubber
+
+        def shear(pressure: Array, speed: Array) -> tuple[Array, Array, Array]:
+            tau, by_pressure, by_speed = film(pressure, speed)
+            step = 1e-6 * np.maximum(np.abs(pressure), 1.0)
+            solid, more = borne(pressure), borne(pressure + step)
+            lossy, slope, rate = rough.shear(solid, speed, kelvin)
+            return tau + lossy, by_pressure + slope * (more - solid) / step, by_speed + rate
 
         return shear
 
@@ -352,7 +385,8 @@ def film_law(scene: Scene) -> FilmLaw:
     height = scene.initial_height
     if strength is not None:
         freezes = scene.refreeze != "nothing"
-        limit = LimitingShear.of(strength, scene.viscosity, speeds.largest, freezes)
+        rate = speed_law(scene)
+        limit = LimitingShear.of(strength, scene.viscosity, speeds.largest, freezes, rate)
         height = shearing_height(scene, speeds.largest)
     passes = scene.model == "point" and scene.ice.motion == "sliding"
     if scene.film.voids == "carry":
@@ -377,6 +411,7 @@ def film_law(scene: Scene) -> FilmLaw:
         wet,
         scene.refreeze,
         scene.water_speed if passes else 1.0,
+        hysteresis_of(scene),
     )
 
 

@@ -46,6 +46,7 @@ class HistoryRow(NamedTuple):
     ice_heat_J: float
     rubber_heat_J: float
     latent_heat_J: float
+    hysteresis_heat_J: float
     wall_heat_J: float
     rubber_dissipation_J: float
     elastic_energy_J: float

@@ -109,6 +109,13 @@ class ShiftTable:
         return f"Arrhenius: {energy / 1e3:.4g} kJ/mol, {reference}"
 
 
+def arrhenius(energy: float, reference: float) -> ShiftTable:
+    """The shift by an activation energy (J/mol) from a reference temperature (K)."""
+    colder = 0.5 * reference
+    log = energy / GAS_CONSTANT / np.log(10.0) * (1.0 / colder - 1.0 / reference)
+    return ShiftTable((colder, reference), (float(log), 0.0))
+
+
 @dataclass(frozen=True)
 class NoShift:
     """No shift with temperature."""

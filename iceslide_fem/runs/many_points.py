@@ -14,6 +14,7 @@ from iceslide_fem.film.conditions import (
     simulation_settings,
     varied_conditions,
 )
+from iceslide_fem.film.hysteresis import hysteresis_of
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.film.law import log_shearing
 from iceslide_fem.film.point import simulate
@@ -21,6 +22,7 @@ from iceslide_fem.film.point_conditions import Conditions
 from iceslide_fem.film.point_result import Record
 from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.film.shear_strength import shear_strength
+from iceslide_fem.film.strength_over_speed import speed_law
 from iceslide_fem.runs.point import point_history
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.curve import Curve
@@ -132,7 +134,8 @@ def shared_by(scene: Scene) -> tuple[Any, ...] | None:
         heat = scene.rubber_temperature, ice.melting_temperature, *rubber.solid, *film
     below = None if ice.ground == BOTTOMLESS else ice.solid  # one solid for all on it
     rows = 0 if strength is None else len(strength.depth)
-    return ice.motion, heat, below, rows, scene.refreeze, *simulation_settings(scene).values()
+    components = rows, scene.refreeze, hysteresis_of(scene), speed_law(scene)
+    return ice.motion, heat, below, *components, *simulation_settings(scene).values()
 
 
 def _fill(
@@ -204,7 +207,7 @@ class _Block:
         state = InterfaceState(
             films.log_height, nothing, untouched, untouched, films.internal, untouched
         )
-        mu = here.loads(water).viscous * np.exp(log_shearing(state)) / here.pressure
+        mu = here.loads(water).stress_of(np.exp(log_shearing(state)), state) / here.pressure
         self._mu, self._time = mu.copy(), np.zeros_like(mu)
         self._slid, self._twice = np.zeros_like(mu), np.zeros_like(mu)
         self.peak = mu.copy()

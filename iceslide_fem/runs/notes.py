@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from math import pi, sqrt
 
-from iceslide_fem.film.shear_strength import shearing_height
+from iceslide_fem.film.strength_over_speed import shearing_height
 from iceslide_fem.relaxation.doubts import of_fit, of_use
 from iceslide_fem.runtime.units import ZERO_CELSIUS, readable
 from iceslide_fem.scene.materials import BAR

@@ -30,7 +30,7 @@ from iceslide_fem.scene.materials import Solid
 # Energies of a step, J/m2: friction work, then its sinks.
 ROUNDING = 1e-12  # of the duration
 LONGEST_STEP = 0.01  # of the duration, under a law without films: for smooth curves
-ENERGIES = ("friction_work", "ice_heat", "rubber_heat", "latent_heat")
+ENERGIES = ("friction_work", "ice_heat", "rubber_heat", "latent_heat", "hysteresis_heat")
 
 
 class PointRows:
@@ -103,7 +103,7 @@ class PointRows:
 def imbalances(work: Array | float, heats: Sequence[Array | float], there: Array | float) -> Array:
     """Errors of energy balances of points over their largest energies, any shape.
 
-    work: of friction; heats: into ice, rubber and melting; there: latent heat of the water in film
+    work: of friction; heats: into ice, rubber, melting and hysteresis; there: latent heat of the water in film
     and voids, of which steps lose a fraction. Any unit.
     """
     largest = reduce(np.maximum, [work, there, *map(np.abs, heats)])
@@ -113,7 +113,7 @@ def imbalances(work: Array | float, heats: Sequence[Array | float], there: Array
 
 def imbalance(row: HistoryRow, ice: Solid) -> float:
     """That of a row."""
-    heats = row.ice_heat_J, row.rubber_heat_J, row.latent_heat_J
+    heats = row.ice_heat_J, row.rubber_heat_J, row.latent_heat_J, row.hysteresis_heat_J
     area, film = row.normal_force_N / row.nominal_pressure_Pa, np.nan_to_num(row.film_height_m)
     there = ice.melting_enthalpy * (area * film + row.water_below_m3)
     return float(imbalances(row.friction_work_J, heats, there))

@@ -1,7 +1,8 @@
 """The scene: an immutable, completely validated description of a simulation in SI units.
 
 It is read from a TOML file or a dictionary, where values may have units. Material data have their
-sources. Imports `relaxation` and `runtime` only.
+sources. Imports `relaxation`, `surfaces` and
+`runtime` only.
 """
 
 from iceslide_fem.scene.film import Film

@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import Field, StrictBool, StrictFloat, StrictInt, StringConstraints, model_validator
 
+from iceslide_fem.relaxation.shift import AnyShift, Shift, arrhenius
 from iceslide_fem.runtime.files import is_regular
 from iceslide_fem.runtime.tables.columns import Wanted, read_columns
 from iceslide_fem.runtime.units import ZERO_CELSIUS, readable
 from iceslide_fem.scene.contact_table import read_contact_table
 from iceslide_fem.scene.ice import ICE_TEMPERATURE
 from iceslide_fem.scene.input_file import InputFile
+from iceslide_fem.scene.relaxation import TEMPERATURE
 from iceslide_fem.scene.rows import RowsOf, check_falls
 from iceslide_fem.scene.units import Quantity, Table, key
 
@@ -117,9 +119,40 @@ class Friction(Table):
 
 HEIGHT = RowsOf("ice temperature", ICE_TEMPERATURE, Quantity("m", "0 nm", "10 um"), "0 nm")
 DRY_STRESS = RowsOf("ice temperature", ICE_TEMPERATURE, Quantity("Pa", "1 Pa", "1 GPa"), "0 Pa")
+DRY_RATES = RowsOf(
+    "decades of speed", Quantity("", "-50", "50"), Quantity("", "0", "10"), "0"
+)
 RESIDUAL = 0.5  # K
 SCALE = Quantity("", "0.01", "100")
 THINNEST = 1e-9  # m, initial height of water films
+
+
+class DryShift(Table):
+    """log a_T of slip speeds: an activation energy (J/mol), or C1 (of log10) and C2 (K) of WLF."""
+
+    reference: Annotated[float, TEMPERATURE]
+    activation_energy: Annotated[float, Quantity("J/mol", "0.1 kJ/mol", "2000 kJ/mol")] | None = (
+        None
+    )
+    C1: Annotated[float, Quantity("", "0", "1000")] | None = None
+    C2: Annotated[float, Quantity("K", "0.1 K", "10000 K")] | None = None
+
+    @model_validator(mode="after")
+    def _one_law(self) -> Self:
+        wlf = [self.C1 is not None, self.C2 is not None]
+        if (self.activation_energy is not None) == any(wlf) or any(wlf) != all(wlf):
+            raise ValueError(
+                "film.dry_shift needs activation_energy, or C1 and C2, beside its reference"
+            )
+        return self
+
+    @property
+    def shift(self) -> AnyShift:
+        """As a function of the temperature."""
+        if self.C1 is not None and self.C2 is not None:
+            return Shift(self.C1, self.C2, self.reference)
+        assert self.activation_energy is not None  # by validation
+        return arrhenius(self.activation_energy, self.reference)
 
 
 class Film(Table):
@@ -194,6 +227,25 @@ class Film(Table):
         RESIDUAL,
         "If `film.dry_stress` is a number: how far above the melting point it would reach 0. "
         "With 0 the ice never melts. With `film.dry_softening`.",
+    )
+    dry_speed: Annotated[float, Quantity("m/s", "1e-12 m/s", "1e12 m/s")] | None = key(
+        None,
+        "Slip speed v_0 at which the stress of dry contact has its full value, and away from which "
+        "it falls by `film.dry_width` or `film.dry_rows`. A slice or a block takes the load's "
+        "speed.",
+    )
+    dry_width: Annotated[float, Quantity("", "0.1", "100")] | None = key(
+        None,
+        "Decades of speed from v_0 at which the stress of dry contact has fallen to 1/e: it is "
+        "multiplied by exp(-(x / w)^2), x = log10(v a_T / v_0).",
+    )
+    dry_rows: Annotated[Any, DRY_RATES] | None = key(
+        None, "Rows of x and a factor on the stress of dry contact, instead of `film.dry_width`."
+    )
+    dry_shift: DryShift | None = key(
+        None,
+        "Shift a_T of the speed with the temperature of the ice's surface: `reference` and "
+        "`activation_energy`, or `reference`, `C1` and `C2` of WLF. Without it there is none.",
     )
     refreeze: Literal["nothing", "film", "all", "area"] | None = key(
         None,
@@ -282,6 +334,25 @@ class Film(Table):
                 f"film.initial_height = {readable(least, 'm')} is out of range; allowed: 1 nm to "
                 "10 um, or from 0 on with film.dry_stress, which limits the shear of thin films"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _speed_is_whole(self) -> Self:
+        falls = [name for name in ("dry_width", "dry_rows") if getattr(self, name) is not None]
+        if self.dry_speed is None:
+            given = [*falls, *(["dry_shift"] if self.dry_shift is not None else [])]
+            if given:
+                raise ValueError(f"film.{given[0]} needs film.dry_speed, the speed that it is of")
+            return self
+        if self.dry_stress is None:
+            raise ValueError("film.dry_speed needs film.dry_stress, the stress that depends on it")
+        if len(falls) != 1:
+            said = " and ".join(f"film.{name}" for name in falls) or "none of them"
+            raise ValueError(
+                f"film.dry_speed needs one of film.dry_width and film.dry_rows; given: {said}"
+            )
+        if self.dry_rows is not None and not isinstance(self.dry_rows, tuple):
+            raise ValueError("film.dry_rows is a number; allowed: rows of x and a factor")
         return self
 
     def _check_dry_stress(self) -> None:

@@ -6,7 +6,7 @@ import hashlib
 import json
 import platform
 from collections.abc import Mapping
-from functools import cache
+from functools import cache, reduce
 from importlib import metadata
 from pathlib import Path
 
@@ -28,7 +28,7 @@ def scene_hash(scene: Scene) -> str:
         digests = [
             hashlib.sha256(file.read_bytes()).hexdigest() for file in (path, *companions(path))
         ]
-        content[table][key] = " ".join(digests)
+        reduce(dict.__getitem__, table.split("."), content)[key] = " ".join(digests)
     if ":" in scene.friction.law:
         path, name = scene.friction.law_file
         content["friction"]["law"] = f"{hashlib.sha256(path.read_bytes()).hexdigest()}:{name}"

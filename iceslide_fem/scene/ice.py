@@ -20,6 +20,7 @@ from iceslide_fem.scene.materials import (
     Layer,
     Solid,
 )
+from iceslide_fem.scene.roughness import IceRoughness
 from iceslide_fem.scene.rows import RowsOf, check_falls
 from iceslide_fem.scene.units import Name, Quantity, Table, key
 
@@ -148,6 +149,8 @@ class Ice(Table):
         "water]`: x is a place on the ice from -10 m to 100 m, and 0 is below the middle of the"
         " block at the start. Water that melts or freezes is counted with the density of ice.",
     )
+
+    roughness: IceRoughness = IceRoughness()
 
     @model_validator(mode="after")
     def _is_frozen(self) -> Self:

@@ -6,6 +6,7 @@ Numbers are SI (temperatures in kelvin); a file may give strings with a unit ins
 from __future__ import annotations
 
 from dataclasses import astuple, replace
+from operator import attrgetter
 from pathlib import Path
 from typing import Any, Literal, Self
 
@@ -31,6 +32,7 @@ FILE_KEYS = (
     ("rubber", "outline"),
     ("rubber", "dma"),
     ("ice", "mesh"),
+    ("ice.roughness", "map"),
     ("film", "contact"),
     ("friction", "table"),
 )  # table and key of file names
@@ -191,7 +193,7 @@ class Scene(Tables):
     @property
     def files(self) -> dict[tuple[str, str], Path]:
         """Table and key -> path of every file that the scene names."""
-        named = {place: getattr(getattr(self, place[0]), place[1]) for place in FILE_KEYS}
+        named = {place: attrgetter(".".join(place))(self) for place in FILE_KEYS}
         return {place: path for place, path in named.items() if path is not None}
 
     def _repr_html_(self) -> str:

@@ -93,6 +93,7 @@ SOFTENS = Is("film.dry_softens", shown="film.dry_stress that falls as the ice ge
 ROWS_OF_VISCOSITY = Is("water.table", shown="rows of water.viscosity")
 ROWS_OF_ICE = Is("ice.has_rows", shown="rows of ice.conductivity or ice.heat_capacity")
 CHANGING = Is("load.pressures.is_constant", (False,), shown="a load.pressure that changes in time")
+CHANGING_SPEED = Is("load.speeds.is_constant", (False,), shown="a load.speed that changes in time")
 EDGE, CHAMFER = Is("rubber.edge_radius"), Is("rubber.chamfer")
 EXPLICIT = Is("numerics.film_integrator", ("explicit-euler",))
 PASSES, ROWS = Is("load.passes", above=1), Is("rubber.rows", above=1)
@@ -211,7 +212,12 @@ RULES = (
     Rule((Is("film.refreeze", ("area",)), Is("film.voids", besides=("carry",))),
          "by area is a balance of water that carries", 'film.voids = "carry"'),
     Rule((AGES, OTHER_LAW), "k, D and H_V are of films", OF_FILMS),
+    Rule((Is("ice.roughness.is_rough", shown="ice.roughness"), OTHER_LAW),
+         "hysteresis adds to the shear of films", OF_FILMS),
     Rule((DRY, OTHER_LAW), "it limits the shear of films", OF_FILMS),
+    Rule((Is("film.dry_speed"), BLOCKS, CHANGING_SPEED), "an elastic body has no quasi-static "
+         "motion under a strength that falls with its own speed, so it takes the load's",
+         'a number, or model = "point"'),
     Rule((Is("film.dry_residual", besides=(RESIDUAL,), shown="film.dry_residual"),
           Is("film.dry_softening", (None,), shown="no film.dry_softening")),
          "a stress that does not fall reaches 0 nowhere above the melting point",

@@ -77,6 +77,7 @@ def check_contradictions(scene: Tables) -> None:
             "film.contact_age needs rubber that relaxes: k grows with its creep; give "
             "rubber.prony or rubber.dma"
         )
+    _rough_ice_is_known(scene)
     _water_has_its_frame(scene)
     _contact_is_stiff(scene)
     if scene.model in ("block", "auto"):
@@ -123,6 +124,26 @@ def _rows_are_apart(scene: Tables) -> None:
         raise ValueError(
             f"load.period = {readable(load.period, 's')} is not more than the "
             f"{readable(taken, 's')} that a pass takes; it goes from beginning to beginning"
+        )
+
+
+def _rough_ice_is_known(scene: Tables) -> None:
+    """Raise ValueError if nothing says what rough ice costs this rubber."""
+    roughness, rubber = scene.ice.roughness, scene.rubber
+    if not roughness.is_rough:
+        return
+    if rubber.relaxation is None:
+        raise ValueError(
+            "ice.roughness needs rubber that relaxes: hysteresis is its loss on the waves of the "
+            "ice; give rubber.prony or rubber.dma"
+        )
+    found = roughness.spectrum
+    assert found is not None
+    if scene.model != "point" and rubber.mesh is None and found.longest > rubber.length:
+        raise ValueError(
+            f"ice.roughness has waves up to {readable(found.longest, 'm')}, longer than "
+            f"rubber.length = {readable(rubber.length, 'm')}: they tilt the block and do not "
+            "indent it; allowed: up to that length"
         )
 
 

@@ -61,7 +61,9 @@ def set_folder(data: dict[str, Any], folder: Path) -> None:
         (("friction", "law"), lambda value: ":" in str(value)),
     ]
     for (table, name), is_file in kinds:
-        values = data.get(table)
+        values: Any = data
+        for part in table.split("."):
+            values = values.get(part) if isinstance(values, dict) else None
         if isinstance(values, dict) and is_file(values.get(name)):
             values[name] = str(folder / values[name])
 

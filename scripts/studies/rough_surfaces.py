@@ -32,7 +32,7 @@ from iceslide_fem.preprocess.roughness.charts import charts
 from iceslide_fem.preprocess.roughness.generate import SurfaceSpec, generate
 from iceslide_fem.preprocess.roughness.half_space import press
 from iceslide_fem.preprocess.roughness.parameters import Definition
-from iceslide_fem.preprocess.roughness.surface import Surface
+from iceslide_fem.surfaces.surface import Surface
 from iceslide_fem.preprocess.roughness.survey import Survey, parameters, survey
 from iceslide_fem.preprocess.roughness.survey import table as csv_text
 from iceslide_fem.runtime.arrays import Array

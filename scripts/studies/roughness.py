@@ -36,7 +36,7 @@ from iceslide_fem.preprocess.roughness.parameters import (
     measure,
     squeeze_diameter,
 )
-from iceslide_fem.preprocess.roughness.surface import Surface, low_passed, statistics
+from iceslide_fem.surfaces.surface import Surface, low_passed, statistics
 from iceslide_fem.preprocess.roughness.survey import parameters
 from iceslide_fem.relaxation.prony import Prony
 from iceslide_fem.rubber.element import QUADRATURE_DEGREE, energy_density

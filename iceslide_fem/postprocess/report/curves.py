@@ -37,6 +37,7 @@ BALANCE = {
     "friction_work_J": "work of friction",
     "ice_heat_J": "warms the ice",
     "latent_heat_J": "melts ice",
+    "hysteresis_heat_J": "hysteresis in the rubber",
     "rubber_heat_J": "warms the rubber",
     "elastic_energy_J": "stored in the rubber",
 }

@@ -148,7 +148,11 @@ def films_along(
     carried = ride.wet and ride.wet.carried(path.pressure, contact_of, eta, dry, layer)
     limit = limit and limit._replace(viscosity=eta)
     components = of_pixels, limit, carried, ride.refreeze
-    loads = film_loads(path.pressure, sliding, k, D, voids, eta, *components)
+    rough = None
+    if ride.hysteresis is not None:
+        below = np.broadcast_to(np.asarray(ride.temperature, dtype=float), (lines,))[path.line]
+        rough = ride.hysteresis.at(path.pressure, sliding, below)
+    loads = film_loads(path.pressure, sliding, k, D, voids, eta, *components, rough=rough)
     gaps = path.behind > 0
     gap, content = np.cumsum(gaps) - 1, np.empty((ice.rates.size, np.count_nonzero(gaps)))
     films = FilmMap(*np.empty((6, k.size)), *np.empty((2, k.size), dtype=bool))

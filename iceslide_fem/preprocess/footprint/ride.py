@@ -11,6 +11,7 @@ from iceslide_fem.film.carrying import Carried
 from iceslide_fem.film.conditions import half_film
 from iceslide_fem.film.contact_age import ContactAge, contact_age
 from iceslide_fem.film.first_films import films_of
+from iceslide_fem.film.hysteresis import Hysteresis, hysteresis_of
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.film.limiting_shear import LimitingShear, film_height
@@ -18,6 +19,7 @@ from iceslide_fem.film.passes import Passes
 from iceslide_fem.film.phase import Refreeze
 from iceslide_fem.film.rubber_heat import INSULATED, HalfFilm, Insulated, RubberColumns, RubberHeat
 from iceslide_fem.film.shear_strength import ShearStrength, shear_strength
+from iceslide_fem.film.strength_over_speed import SpeedLaw, speed_law
 from iceslide_fem.film.viscosity import VariableViscosity
 from iceslide_fem.film.voids import Voids
 from iceslide_fem.runtime.arrays import Array, Index
@@ -92,7 +94,8 @@ class Ride(NamedTuple):
     temperature. strength: tau_b of dry rubber on ice if it limits the shear; h0 may then be 0. age:
     ageing contact, or None. wet: water on the ice with load-bearing voids, or None. refreeze: which
     water freezes. warm: rubber that takes heat, or None. passes: over the same ice; ground: below
-    it. own_temperature: of the rubber where it enters, K, or None for that of the ice.
+    it. own_temperature: of the rubber where it enters, K, or None for that of the ice. hysteresis:
+    on rough ice, or None; rate: how the strength depends on speed, or None.
     """
 
     speed: float | Array
@@ -110,6 +113,8 @@ class Ride(NamedTuple):
     passes: Passes = ONCE
     ground: Ground = BOTTOMLESS
     own_temperature: float | None = None
+    hysteresis: Hysteresis | None = None
+    rate: SpeedLaw | None = None
 
     @classmethod
     def of(
@@ -141,6 +146,8 @@ class Ride(NamedTuple):
             Passes(law.load.passes, law.load.period or 0.0, law.between),
             law.ice.model_copy(update={"temperature": temperature}).ground,
             law.rubber.temperature,
+            hysteresis_of(law),
+            speed_law(law),
         )
 
     @property
@@ -150,7 +157,7 @@ class Ride(NamedTuple):
             return None
         fastest, freezes = float(np.max(self.sliding_speed)), self.refreeze != "nothing"
         eta = float(np.max(self.viscosity_at(self.temperature)))
-        return LimitingShear.of(self.strength, eta, fastest, freezes)
+        return LimitingShear.of(self.strength, eta, fastest, freezes, self.rate)
 
     @property
     def rubber_fraction(self) -> float | Array:

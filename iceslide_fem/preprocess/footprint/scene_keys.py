@@ -36,6 +36,10 @@ TAKEN = (
     *"ice.melting_temperature ice.latent_heat ice.water water.viscosity".split(),
     *"film.k film.D film.H_V film.initial_height film.water_speed film.dry_stress".split(),
     *"film.dry_softening film.dry_residual film.voids film.refreeze".split(),
+    *"film.dry_speed film.dry_width film.dry_rows film.dry_shift".split(),
+    *"ice.roughness.rms ice.roughness.hurst ice.roughness.longest ice.roughness.shortest".split(),
+    *"ice.roughness.gamma ice.roughness.map ice.roughness.pixel".split(),
+    "ice.roughness.height_unit",
     *"load.passes load.period film.between".split(),
     *"friction.law friction.mu friction.table friction.parameters".split(),
 )

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 from scipy.stats import gamma
 
-from iceslide_fem.preprocess.roughness.half_space import Waves
-from iceslide_fem.preprocess.roughness.surface import Surface
+from iceslide_fem.surfaces.waves import Waves
+from iceslide_fem.surfaces.surface import Surface
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.input_file import read_text

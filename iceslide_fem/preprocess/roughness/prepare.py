@@ -8,8 +8,8 @@ from typing import Any
 from iceslide_fem.preprocess.roughness.case import PIXELS_PER_WAVE, SOURCE_WAVE, RoughnessCase
 from iceslide_fem.preprocess.roughness.generate import generate, read_spec
 from iceslide_fem.preprocess.roughness.parameters import Definition
-from iceslide_fem.preprocess.roughness.read import read_surface
-from iceslide_fem.preprocess.roughness.surface import (
+from iceslide_fem.surfaces.read import read_surface
+from iceslide_fem.surfaces.surface import (
     Surface,
     coarsened,
     levelled,

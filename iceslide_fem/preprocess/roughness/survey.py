@@ -12,7 +12,7 @@ from iceslide_fem.preprocess.roughness.creep import hold
 from iceslide_fem.preprocess.roughness.half_space import TOLERANCE, Contact, press
 from iceslide_fem.preprocess.roughness.parameters import Definition, Parameters, measure
 from iceslide_fem.preprocess.roughness.prepare import prepared
-from iceslide_fem.preprocess.roughness.surface import (
+from iceslide_fem.surfaces.surface import (
     SpectrumFit,
     Statistics,
     Surface,

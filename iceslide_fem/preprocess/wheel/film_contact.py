@@ -99,7 +99,11 @@ class FilmContact:
         carried = ride.wet and ride.wet.carried(flat, self.contact_of, viscosity, dry, 1.0)
         carried = carried and carried._replace(softness=softness)
         limit = limit and limit._replace(viscosity=viscosity)
-        loads = film_loads(flat, speeds, k, D, H_V, viscosity, None, limit, carried)
+        before = np.broadcast_to(np.asarray(ride.temperature, dtype=float), speed.shape)
+        rough = ride.hysteresis and ride.hysteresis.at(
+            flat, speeds, np.repeat(before, pressure.shape[1])
+        )
+        loads = film_loads(flat, speeds, k, D, H_V, viscosity, None, limit, carried, rough=rough)
         below = np.maximum(ride.solid.melting_temperature - warm, 0.0)
         log_height, internal = films_of(height, warm, below, speeds, None, limit)
         state = InterfaceState(log_height, water, np.zeros((0, flat.size)), internal=internal)

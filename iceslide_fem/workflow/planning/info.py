@@ -7,7 +7,8 @@ from math import sqrt
 import numpy as np
 
 from iceslide_fem.film.loads import squeeze_rate
-from iceslide_fem.film.shear_strength import shear_strength, shearing_height
+from iceslide_fem.film.shear_strength import shear_strength
+from iceslide_fem.film.strength_over_speed import shearing_height
 from iceslide_fem.laws.protocol import InterfaceLaw
 from iceslide_fem.laws.table import law_of
 from iceslide_fem.runs.doubts import LATERAL_FRACTION, sideways
@@ -115,7 +116,7 @@ def _film(scene: Scene, size: tuple[float, ...]) -> list[Row]:
         Row("film", "friction at t = 0", f"{tau / p:.3g}", friction),
         Row("film", "friction power at t = 0", readable(tau * v, "W/m^2"), power),
         *_times(h0, squeeze_rate(p, D, eta), k * eta * v**2 / scene.ice.solid.melting_enthalpy),
-        *([] if strength is None else regime(scene, strength)),
+        *([] if strength is None else regime(scene, strength, v)),
     ]
 
 

@@ -12,6 +12,7 @@ from iceslide_fem.film.conditions import exposure
 from iceslide_fem.film.contact_age import contact_age
 from iceslide_fem.film.limiting_shear import SHEAR_STRENGTH
 from iceslide_fem.film.shear_strength import ShearStrength
+from iceslide_fem.film.strength_over_speed import at_speed, speed_law
 from iceslide_fem.runtime.units import ZERO_CELSIUS, readable
 from iceslide_fem.scene import Scene
 from iceslide_fem.workflow.planning.cost import point_rows
@@ -59,13 +60,15 @@ def relaxation_rows(scene: Scene) -> list[Row]:
 DRY, VISCOUS = 10.0, 0.1
 
 
-def regime(scene: Scene, strength: ShearStrength) -> list[Row]:
-    """tau_b on cold and on melting ice, and N at the start and at the end of a point."""
+def regime(scene: Scene, strength: ShearStrength, speed: float) -> list[Row]:
+    """tau_b on cold and on melting ice at a `speed` (m/s), and N at the start and at the end of a
+    point.
+    """
     undercooling = scene.ice.melting_temperature - scene.ice.temperature
-    cold, warm = (float(strength(np.array([depth]))[0]) for depth in (undercooling, 0.0))
+    tau_b = at_speed(strength, speed_law(scene), np.array([speed]))
+    cold, warm = (float(tau_b(np.array([depth]))[0]) for depth in (undercooling, 0.0))
     rows = point_rows(scene)
     first, last = rows[0], rows[-1]
-    speed = scene.load.speeds.first or scene.load.speeds.mean
     numbers = [
         _number(scene.viscosity * v, row.film_height_m, getattr(row, SHEAR_STRENGTH))
         for v, row in ((speed, first), (last.speed_m_per_s, last))

@@ -112,11 +112,12 @@ def _together(scenes: list[Scene]) -> list[CaseResult]:
     parts = [scene_conditions(scene) for scene in scenes]
     conditions = Conditions.together(parts)
     times = np.linspace(0.0, scenes[0].load.duration, SAMPLES)
-    work, into_ice, into_rubber = np.zeros((3, len(scenes)))  # J/m2
+    work, into_ice, into_rubber, lost = np.zeros((4, len(scenes)))  # J/m2
 
     settings = simulation_settings(scenes[0])
     loading = settings["loading"]
-    follows = conditions.limit is None and loading is None  # heights follow from mu
+    # Heights follow from mu.
+    follows = conditions.limit is None and conditions.hysteresis is None and loading is None
     heights = None if follows else SampledHeights(conditions, times)
 
     def add(record: Record) -> None:
@@ -124,6 +125,7 @@ def _together(scenes: list[Scene]) -> list[CaseResult]:
         work[record.points] += step.friction_work[at]
         into_ice[record.points] += step.ice_heat[at]
         into_rubber[record.points] += step.rubber_heat[at]
+        lost[record.points] += step.hysteresis_heat[at]
         if heights is not None:
             heights.add(record)
 
@@ -138,7 +140,8 @@ def _together(scenes: list[Scene]) -> list[CaseResult]:
         height[:, -1] = result.film_height
     there = result.film_height + result.squeezed_height
     latent, melted = conditions.solid.melting_enthalpy, there - conditions.initial_height
-    missing = imbalances(work, (into_ice, into_rubber, latent * melted), latent * there)
+    heats = into_ice, into_rubber, latent * melted, lost
+    missing = imbalances(work, heats, latent * there)
     wall = (monotonic() - started) / len(scenes)
     outcomes = []
     for i in range(len(scenes)):

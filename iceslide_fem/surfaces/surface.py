@@ -10,8 +10,8 @@ from scipy.optimize import least_squares
 from scipy.sparse import coo_matrix, diags
 from scipy.sparse.linalg import spsolve
 
-from iceslide_fem.preprocess.roughness.half_space import Waves, coarsest
-from iceslide_fem.preprocess.roughness.height_map import SQUARE
+from iceslide_fem.surfaces.waves import Waves, coarsest
+from iceslide_fem.surfaces.height_map import SQUARE
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.runtime.errors import SceneError
 

@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from iceslide_fem.preprocess.roughness.height_map import HeightMap
+from iceslide_fem.surfaces.height_map import HeightMap
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.tables.layout import parse
 

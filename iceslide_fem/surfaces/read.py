@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from iceslide_fem.preprocess.roughness.height_map import SQUARE, HeightMap, squared, without_marks
-from iceslide_fem.preprocess.roughness.instruments import read_x3p
-from iceslide_fem.preprocess.roughness.surface import Surface
-from iceslide_fem.preprocess.roughness.text_map import read_text_map
+from iceslide_fem.surfaces.height_map import SQUARE, HeightMap, squared, without_marks
+from iceslide_fem.surfaces.instruments import read_x3p
+from iceslide_fem.surfaces.surface import Surface
+from iceslide_fem.surfaces.text_map import read_text_map
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.files import is_regular
 from iceslide_fem.runtime.tables.grid import read_matrix

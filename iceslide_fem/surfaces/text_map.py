@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from iceslide_fem.preprocess.roughness.height_map import HeightMap
-from iceslide_fem.preprocess.roughness.instruments import read_instrument_text
+from iceslide_fem.surfaces.height_map import HeightMap
+from iceslide_fem.surfaces.instruments import read_instrument_text
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.tables.cells import TextTable, number
 from iceslide_fem.runtime.tables.columns import has_index, units_named

@@ -1,0 +1,142 @@
+"""Hysteresis of a scene under many conditions, and where it comes from."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from iceslide_fem.film.hysteresis import Hysteresis, hysteresis_of
+from iceslide_fem.film.rough_ice import Sliding, sliding
+from iceslide_fem.preprocess.hysteresis.case import HysteresisCase
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.scene.contact_table import ContactTable
+
+CUT_OFFS = 0.1, 0.32, 1.0, 3.2, 10.0  # shortest waves over that of the scene
+TOO_MANY = 2.0  # ratio of mu_h for half and twice the shortest wave that gives a warning
+
+
+class CutOff(NamedTuple):
+    """mu_h at the scene's own condition with another shortest wave (m)."""
+
+    shortest: float
+    mu: float
+    contact_fraction: float
+
+
+class Found(NamedTuple):
+    """conditions: rows of speed (m/s), temperature (K), pressure (Pa), the first the scene's own;
+    mu, contact_fraction: (rows,); k: of the contact table, (rows,); own: along the waves, of the
+    first row; cut_offs: of the shortest wave.
+    """
+
+    law: Hysteresis
+    conditions: Array
+    mu: Array
+    contact_fraction: Array
+    k: Array
+    own: Sliding
+    cut_offs: list[CutOff]
+
+
+def survey(case: HysteresisCase) -> Found:
+    """Compute all conditions of a case."""
+    scene = case.read
+    law = hysteresis_of(scene)
+    assert law is not None  # by validation of case and scene
+    conditions = case.conditions
+    speed, kelvin, pressure = conditions.T
+    reduced = speed * law.shift(kelvin)
+    mu, fraction = np.empty(speed.size), np.empty(speed.size)
+    own = along(law, reduced[:1], pressure[:1])
+    for i in range(speed.size):
+        at = along(law, reduced[i : i + 1], pressure[i : i + 1])
+        mu[i], fraction[i] = at.mu[0], at.contact_fraction[0]
+    contact = scene.contact_parameters
+    k = np.broadcast_to(contact(pressure).k, pressure.shape)
+    cuts = []
+    for factor in CUT_OFFS:
+        wave = factor * law.ice.shortest
+        if wave > 0.5 * law.ice.longest:
+            continue
+        # The waves of a map end at its pixels, and go on as their last power law.
+        ice = law.ice.continued(wave)
+        at = sliding(ice, law.rubber, reduced[:1], pressure[:1], law.gamma)
+        cuts.append(CutOff(wave, float(at.mu[0]), float(at.contact_fraction[0])))
+    return Found(law, conditions, mu, fraction, k, own, cuts)
+
+
+def along(law: Hysteresis, reduced: Array, pressure: Array) -> Sliding:
+    """Contact and hysteresis along the waves at v a_T (m/s) and pressures (Pa), (n,)."""
+    return sliding(law.ice, law.rubber, reduced, pressure, law.gamma)
+
+
+def columns(found: Found) -> dict[str, Array]:
+    """Columns of hysteresis.csv, names with units -> (rows,)."""
+    speed, kelvin, pressure = found.conditions.T
+    return {
+        "speed_m_s": speed,
+        "temperature_K": kelvin,
+        "pressure_Pa": pressure,
+        "mu_hysteresis": found.mu,
+        "contact_fraction": found.contact_fraction,
+        "k": found.k,
+    }
+
+
+def spectrum_columns(found: Found) -> dict[str, Array]:
+    """Columns of waves.csv: what every wave gives at the scene's own condition."""
+    own = found.own
+    sums = np.cumsum(own.friction[0] * own.weights)
+    return {
+        "wave_m": 2.0 * np.pi / own.q,
+        "q_rad_m": own.q,
+        "C_m4": found.law.ice(own.q),
+        "contact_fraction": own.contact[0],
+        "dmu_dlnq": own.friction[0],
+        "mu_hysteresis_to_q": sums,
+    }
+
+
+def figures(case: HysteresisCase, found: Found) -> dict[str, Any]:
+    """All data for summary.json; SI units as in the names."""
+    ice = found.law.ice
+    speed, kelvin, pressure = found.conditions[0]
+    return {
+        "name": case.read.name,
+        "mu_hysteresis": float(found.mu[0]),
+        "contact_fraction": float(found.contact_fraction[0]),
+        "speed_m_s": float(speed),
+        "temperature_K": float(kelvin),
+        "pressure_Pa": float(pressure),
+        "roughness": {
+            "rms_m": ice.rms,
+            "rms_slope": ice.slope,
+            "longest_m": ice.longest,
+            "shortest_m": ice.shortest,
+            "gamma": found.law.gamma,
+        },
+        "cut_offs": [one._asdict() for one in found.cut_offs],
+        "warnings": warnings(case, found),
+    }
+
+
+def warnings(case: HysteresisCase, found: Found) -> list[str]:
+    """What is in doubt."""
+    said = []
+    near = [one for one in found.cut_offs if 0.2 < one.shortest / found.law.ice.shortest < 5.0]
+    if len(near) > 1:
+        mu = [one.mu for one in near]
+        if max(mu) > TOO_MANY * min(mu):
+            said.append(
+                f"mu_h is {min(mu):.3g} to {max(mu):.3g} for shortest waves from "
+                f"{1e6 * near[-1].shortest:.3g} to {1e6 * near[0].shortest:.3g} um: the cut-off "
+                "decides it"
+            )
+    table = case.read.contact_parameters
+    if isinstance(table, ContactTable) and case.read.film.dry_stress is not None:
+        said.append(
+            "film.dry_stress from measurements on rough ice holds hysteresis already: fit it to mu "
+            "- mu_h"
+        )
+    return said
