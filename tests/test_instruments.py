@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from iceslide_fem.cli import main
-from iceslide_fem.surfaces.read import read_surface
 from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.surfaces.read import read_surface
 
 pytestmark = pytest.mark.quick
 

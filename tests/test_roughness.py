@@ -17,6 +17,8 @@ from iceslide_fem.preprocess.roughness.parameters import (
     median_run,
     squeeze_diameter,
 )
+from iceslide_fem.preprocess.roughness.survey import parameters, wave_doubts
+from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.surfaces.surface import (
     Surface,
     coarsened,
@@ -26,8 +28,6 @@ from iceslide_fem.surfaces.surface import (
     spectrum_fit,
     statistics,
 )
-from iceslide_fem.preprocess.roughness.survey import parameters, wave_doubts
-from iceslide_fem.runtime.errors import SceneError
 
 pytestmark = pytest.mark.quick
 

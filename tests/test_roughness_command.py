@@ -16,13 +16,13 @@ from surface_spec import SPEC
 
 from iceslide_fem.preprocess.roughness.case import RoughnessCase, material
 from iceslide_fem.preprocess.roughness.generate import SurfaceSpec, generate
-from iceslide_fem.surfaces.read import read_surface
-from iceslide_fem.surfaces.surface import Surface, levelled, low_passed
 from iceslide_fem.preprocess.roughness.survey import COLUMNS, parameters, survey, table
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import load_scene, scene_from_dict
 from iceslide_fem.scene.contact_table import ContactTable, read_contact_table
 from iceslide_fem.scene.materials import YOUNGS_MODULUS
+from iceslide_fem.surfaces.read import read_surface
+from iceslide_fem.surfaces.surface import Surface, levelled, low_passed
 
 SURFACES = Path(__file__).parent.parent / "cases" / "surfaces"
 TWO = {"pressures": "1bar:5bar:2", "realisations": "2"}

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from iceslide_fem.preprocess.roughness.case import RoughnessCase
-from iceslide_fem.surfaces.read import read_surface
-from iceslide_fem.surfaces.surface import levelled
 from iceslide_fem.preprocess.roughness.survey import summary, survey
 from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.surfaces.read import read_surface
+from iceslide_fem.surfaces.surface import levelled
 
 pytestmark = pytest.mark.quick
 

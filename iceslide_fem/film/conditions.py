@@ -146,7 +146,7 @@ def varied_conditions(scene: Scene, **varied: ArrayLike) -> Conditions:
     fixed["duration"] = np.broadcast_to(
         exposures(scene, varied.get("speed", fixed["speed"]), scene.load.duration), count
     )
-    components = {"refreeze": scene.refreeze, "hysteresis": hysteresis_of(scene)}
+    components: dict[str, Any] = {"refreeze": scene.refreeze, "hysteresis": hysteresis_of(scene)}
     components |= {"strength": strength, "rate": speed_law(scene)}
     return Conditions.of(**components | fixed | varied)
 

@@ -26,8 +26,8 @@ from iceslide_fem.surfaces.power_spectrum import PowerSpectrum
 if TYPE_CHECKING:  # takes long to import, and only rough ice needs it
     from scipy.interpolate import RectBivariateSpline
 
-PRESSURES = 1e2, 1e9, 3  # Pa: ends of the table, and rows per decade
-PER_DECADE = 6  # of v a_T
+PRESSURES = 1e2, 1e9, 5  # Pa: ends of the table, and rows per decade
+PER_DECADE = 12  # of v a_T
 BEYOND = 100.0  # v a_T of the table's ends, beyond the slowest and the fastest arm on any wave
 
 
@@ -75,14 +75,10 @@ class Hysteresis:
         temperature (K), (n,).
         """
         tau, by_pressure, _ = self.shear(pressure, speed, ice)
-        exponent = np.divide(
-            by_pressure * pressure, tau, out=np.ones_like(tau), where=tau != 0.0
-        )
+        exponent = np.divide(by_pressure * pressure, tau, out=np.ones_like(tau), where=tau != 0.0)
         return Rough(tau, tau * speed, exponent)
 
-    def shear(
-        self, pressure: Array, speed: Array, ice: ArrayLike
-    ) -> tuple[Array, Array, Array]:
+    def shear(self, pressure: Array, speed: Array, ice: ArrayLike) -> tuple[Array, Array, Array]:
         """p mu_h (Pa), along the slip, and its derivatives with pressure and speed, any shape."""
         p, table = np.maximum(pressure, 0.0), self._table
         kelvin = np.asarray(ice if self.kelvin is None else self.kelvin, dtype=float)
@@ -90,16 +86,15 @@ class Hysteresis:
         low, high = self._speeds[[0, -1]]
         x = np.log(np.clip(reduced, low, high))
         y = np.log(np.clip(p, *PRESSURES[:2]))
-        mu = np.exp(table(x, y, grid=False))
+        of_table = np.exp(table(x, y, grid=False))
         slower, faster = reduced < low, reduced > high
         # mu_h rises with v where it is slower than all arms, and falls with 1/v where it is faster.
-        mu = np.where(slower, mu * reduced / low, np.where(faster, mu * high / reduced, mu))
-        by_x = np.where(slower, 1.0, np.where(faster, -1.0, table(x, y, dx=1, grid=False)))
+        mu = of_table * np.where(slower, reduced / low, high / np.maximum(reduced, high))
+        by_x = np.where(faster, -1.0, table(x, y, dx=1, grid=False))
         by_y = np.where((p > PRESSURES[0]) & (p < PRESSURES[1]), table(x, y, dy=1, grid=False), 0.0)
         sign, size = np.sign(speed), np.maximum(np.abs(speed), np.finfo(float).tiny)
-        at_rest = mu / np.maximum(reduced, low * np.finfo(float).eps)
-        by_speed = np.where(speed == 0.0, p * at_rest * self.shift(kelvin), p * mu * by_x / size)
-        return sign * p * mu, sign * mu * (1.0 + by_y) * (p > 0.0), by_speed
+        rate = np.where(slower, of_table / low * self.shift(kelvin), mu * by_x / size)
+        return sign * p * mu, sign * mu * (1.0 + by_y) * (p > 0.0), p * rate
 
     @cached_property
     def _speeds(self) -> Array:

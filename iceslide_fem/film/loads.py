@@ -5,8 +5,8 @@
 
 Equation numbers are those of R. Leonardi's thesis. The film law is made of components: contact (k,
 D, H_V), shear (viscous, or limited by a strength), voids (squeeze-out stops, or they carry), phase
-change (melts, freezes), a viscosity over temperature, and hysteresis on rough ice. A law that has other components than the
-published one has internal variables of its films, in this order:
+change (melts, freezes), a viscosity over temperature, and hysteresis on rough ice. A law that has
+other components than the published one has internal variables of its films, in this order:
 
     ln(eta (h + s) / (eta_0 (h + h_b)))    s and h_b as in `limiting_shear`, 0 without a limit
     tau_b                                  with a limit

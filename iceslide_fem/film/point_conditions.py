@@ -101,8 +101,9 @@ class Conditions(NamedTuple):
 
         strength: tau_b of dry rubber on ice if it limits the shear (`limiting_shear`). Films may
         then begin with the height 0, and freeze: `refreeze` is "nothing", "film" or "all". fastest:
-        largest speed over time, m/s, by default `speed`; hysteresis: on rough ice;
-        rate: how the strength depends on speed. Raises ValueError if a value is missing, unknown, or outside `RANGES`.
+        largest speed over time, m/s, by default `speed`; hysteresis: on rough ice; rate: how the
+        strength depends on speed. Raises ValueError if a value is missing, unknown, or outside
+        `RANGES`.
         """
         values = DEFAULTS | values
         for name in sorted({*RANGES} ^ {*values}):

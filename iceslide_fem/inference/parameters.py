@@ -5,33 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
-
-from pydantic import BeforeValidator
 
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import Scene, load_scene, put, scene_from_dict
 from iceslide_fem.scene.command_options import as_number
 from iceslide_fem.scene.variation import Parameter, number_at, parameter, quantity
-
-
-def pairs(name: str, form: str) -> BeforeValidator:
-    """Reads "key=text" of a repeated option `name` of a `form`; anything else unchanged."""
-
-    def read(value: Any) -> Any:
-        if not isinstance(value, list | tuple):
-            return value
-        found: dict[str, str] = {}
-        for text in value:
-            key, equals, rest = text.partition("=")
-            if not equals or not rest.strip():
-                raise ValueError(f'{name} "{text}" is not of the form {form}')
-            if key.strip() in found:
-                raise ValueError(f"{name} has {key.strip()} twice; give it once")
-            found[key.strip()] = rest.strip()
-        return found
-
-    return BeforeValidator(read)
 
 
 def bounds_of(scene: Scene, key: str, text: str) -> tuple[Parameter, float, float, float]:

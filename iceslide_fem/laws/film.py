@@ -28,8 +28,7 @@ from iceslide_fem.film.limiting_shear import (
 from iceslide_fem.film.loads import MOLTEN, FilmLoads, film_loads, viscosity_row
 from iceslide_fem.film.phase import Refreeze
 from iceslide_fem.film.shear_strength import shear_strength
-from iceslide_fem.film.strength_over_speed import shearing_height
-from iceslide_fem.film.strength_over_speed import speed_law
+from iceslide_fem.film.strength_over_speed import shearing_height, speed_law
 from iceslide_fem.film.viscosity import FILM_VISCOSITY, VariableViscosity
 from iceslide_fem.film.voids import Voids, WetVoids, lugs_of
 from iceslide_fem.laws.protocol import Sheared
@@ -182,7 +181,9 @@ class FilmLaw:
         p, k = np.where(pressure > 0.0, p, 0.0), ramp * k
         components = self.water, self.limit, carried, self.refreeze
         room = np.maximum(self.flows * H_V, NOTHING) if self.flows != 1.0 else H_V
-        rough = self.rough and self.rough.at(pressure, speed, self.first.rubber)
+        rough = None
+        if self.rough is not None:
+            rough = self.rough.at(pressure, speed, self.first.rubber)
         return film_loads(p, speed, k, D, room, self.viscosity, *components, rough=rough)
 
     def initial(self, film_height: float, n: int) -> tuple[Array, Array, Array]:

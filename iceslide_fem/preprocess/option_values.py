@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from pydantic import ConfigDict, ValidationError
+from pydantic import BeforeValidator, ConfigDict, ValidationError
 from pydantic_core import PydanticCustomError
 
 from iceslide_fem.runtime.errors import SceneError
@@ -108,3 +108,22 @@ def rubber_in(path: Path) -> Rubber:
     except ValidationError as error:
         keys = [f"rubber.{name}" for name in Rubber.model_fields]
         raise SceneError(f"{path}: {first_sentence(error, keys)}") from None
+
+
+def pairs(name: str, form: str) -> BeforeValidator:
+    """Reads "key=text" of a repeated option `name` of a `form`; anything else unchanged."""
+
+    def read(value: Any) -> Any:
+        if not isinstance(value, list | tuple):
+            return value
+        found: dict[str, str] = {}
+        for text in value:
+            key, equals, rest = text.partition("=")
+            if not equals or not rest.strip():
+                raise ValueError(f'{name} "{text}" is not of the form {form}')
+            if key.strip() in found:
+                raise ValueError(f"{name} has {key.strip()} twice; give it once")
+            found[key.strip()] = rest.strip()
+        return found
+
+    return BeforeValidator(read)

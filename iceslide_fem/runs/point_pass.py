@@ -103,8 +103,8 @@ class PointRows:
 def imbalances(work: Array | float, heats: Sequence[Array | float], there: Array | float) -> Array:
     """Errors of energy balances of points over their largest energies, any shape.
 
-    work: of friction; heats: into ice, rubber, melting and hysteresis; there: latent heat of the water in film
-    and voids, of which steps lose a fraction. Any unit.
+    work: of friction; heats: into ice, rubber, melting and hysteresis; there: latent heat of the
+    water in film and voids, of which steps lose a fraction. Any unit.
     """
     largest = reduce(np.maximum, [work, there, *map(np.abs, heats)])
     missing = np.asarray(work - sum(heats), dtype=float)

@@ -36,7 +36,8 @@ MEANS = (
 )  # fmt: skip
 SWITCHES = ("melted_fraction", "saturated_fraction")
 AMOUNTS = (
-    "friction_work_J", "ice_heat_J", "rubber_heat_J", "latent_heat_J", "hysteresis_heat_J", "water_squeezed_m3",
+    "friction_work_J", "ice_heat_J", "rubber_heat_J", "latent_heat_J", "hysteresis_heat_J",
+    "water_squeezed_m3",
 )  # fmt: skip
 
 

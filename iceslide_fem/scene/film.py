@@ -119,9 +119,7 @@ class Friction(Table):
 
 HEIGHT = RowsOf("ice temperature", ICE_TEMPERATURE, Quantity("m", "0 nm", "10 um"), "0 nm")
 DRY_STRESS = RowsOf("ice temperature", ICE_TEMPERATURE, Quantity("Pa", "1 Pa", "1 GPa"), "0 Pa")
-DRY_RATES = RowsOf(
-    "decades of speed", Quantity("", "-50", "50"), Quantity("", "0", "10"), "0"
-)
+DRY_RATES = RowsOf("decades of speed", Quantity("", "-50", "50"), Quantity("", "0", "10"), "0")
 RESIDUAL = 0.5  # K
 SCALE = Quantity("", "0.01", "100")
 THINNEST = 1e-9  # m, initial height of water films

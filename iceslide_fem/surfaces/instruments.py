@@ -10,9 +10,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from iceslide_fem.surfaces.height_map import HeightMap
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.tables.layout import parse
+from iceslide_fem.surfaces.height_map import HeightMap
 
 _X3P_TYPES = {"I": "<i2", "L": "<i4", "F": "<f4", "D": "<f8"}
 _MICROMETRE = 1e-6

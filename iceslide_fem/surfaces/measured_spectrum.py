@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from iceslide_fem.surfaces.power_spectrum import PowerSpectrum
-from iceslide_fem.surfaces.surface import Surface, spectrum
+from iceslide_fem.surfaces.surface import Surface, low_passed, spectrum, statistics
 
 PER_DECADE = 6  # rows of the spectrum
 
@@ -16,10 +16,9 @@ def measured(surface: Surface, shortest: float) -> PowerSpectrum:
     A band has the mean of its rings of wave numbers, weighted by their number of waves. The rms
     height is that of the kept waves.
     """
-    found = spectrum(surface)
+    found, rms = spectrum(surface), statistics(low_passed(surface, shortest)).rms_height
     kept = (found.q <= 2.0 * np.pi / shortest * (1.0 + 1e-9)) & (found.density > 0.0)
     q, C = found.q[kept], found.density[kept] / (2.0 * np.pi) ** 2
-    total = 2.0 * np.pi * float((q * C * q[0]).sum())  # rings have the width of the lowest q
     bands = max(3, round(PER_DECADE * float(np.log10(q[-1] / q[0]))) + 1)
     edges = np.geomspace(q[0] * 0.999, q[-1] * 1.001, bands)
     band = np.clip(np.searchsorted(edges, q) - 1, 0, bands - 2)
@@ -29,4 +28,4 @@ def measured(surface: Surface, shortest: float) -> PowerSpectrum:
     mean_C = np.bincount(band, q * C)[there] / weight[there]
     rows = PowerSpectrum(tuple(mean_q), tuple(mean_C))
     ends = np.unique([q[0], *mean_q[(mean_q > q[0]) & (mean_q < q[-1])], q[-1]])
-    return PowerSpectrum(tuple(ends), tuple(rows(ends))).scaled(float(np.sqrt(total)))
+    return PowerSpectrum(tuple(ends), tuple(rows(ends))).scaled(rms)

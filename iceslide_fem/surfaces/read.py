@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.files import is_regular
+from iceslide_fem.runtime.tables.grid import read_matrix
 from iceslide_fem.surfaces.height_map import SQUARE, HeightMap, squared, without_marks
 from iceslide_fem.surfaces.instruments import read_x3p
 from iceslide_fem.surfaces.surface import Surface
 from iceslide_fem.surfaces.text_map import read_text_map
-from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.runtime.files import is_regular
-from iceslide_fem.runtime.tables.grid import read_matrix
 
 SMALLEST, LARGEST = 1e-9, 1e-2  # sides of a pixel, m
 IN_UNITS = {".npy", ".csv", ".txt", ".xyz", ".asc", ".x3p"}  # read here, with --height-unit

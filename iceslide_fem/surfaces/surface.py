@@ -10,10 +10,10 @@ from scipy.optimize import least_squares
 from scipy.sparse import coo_matrix, diags
 from scipy.sparse.linalg import spsolve
 
-from iceslide_fem.surfaces.waves import Waves, coarsest
-from iceslide_fem.surfaces.height_map import SQUARE
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.surfaces.height_map import SQUARE
+from iceslide_fem.surfaces.waves import Waves, coarsest
 
 MISSING_AT_MOST, NOTED = 0.1, 0.01  # fractions of the map
 FEWEST_PIXELS = 16  # along either side

@@ -8,8 +8,6 @@ from pathlib import Path
 
 import numpy as np
 
-from iceslide_fem.surfaces.height_map import HeightMap
-from iceslide_fem.surfaces.instruments import read_instrument_text
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.tables.cells import TextTable, number
 from iceslide_fem.runtime.tables.columns import has_index, units_named
@@ -17,6 +15,8 @@ from iceslide_fem.runtime.tables.grid import LARGEST_MAP, grid, read_text
 from iceslide_fem.runtime.tables.layout import parse
 from iceslide_fem.runtime.tables.points import check_places, named_columns, on_grid, points_of
 from iceslide_fem.runtime.units import si_unit, to_si
+from iceslide_fem.surfaces.height_map import HeightMap
+from iceslide_fem.surfaces.instruments import read_instrument_text
 
 _VALUE = re.compile(r"\s*([^:=\d]*?)\s*[:=]?\s*([-+0-9.,eE]+)\s*([^\s\d]*)\s*")
 _UNIT_OF_KEY = re.compile(r"(.*?)\s*[\[(]\s*(.+?)\s*[\])]")

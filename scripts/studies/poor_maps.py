@@ -20,10 +20,10 @@ from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.ride import Ride
 from iceslide_fem.preprocess.footprint.synthetic import Tread
 from iceslide_fem.preprocess.roughness.generate import SurfaceSpec, generate
-from iceslide_fem.surfaces.surface import Surface, levelled, low_passed
 from iceslide_fem.preprocess.roughness.survey import parameters
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import CONTACT_TABLES
+from iceslide_fem.surfaces.surface import Surface, levelled, low_passed
 from scripts.studies.common import options, table
 
 CUT = (0.1, 0.25, 0.5, 0.75, 0.9)  # fraction of the pixels at the largest pressure

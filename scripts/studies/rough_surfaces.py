@@ -32,12 +32,12 @@ from iceslide_fem.preprocess.roughness.charts import charts
 from iceslide_fem.preprocess.roughness.generate import SurfaceSpec, generate
 from iceslide_fem.preprocess.roughness.half_space import press
 from iceslide_fem.preprocess.roughness.parameters import Definition
-from iceslide_fem.surfaces.surface import Surface
 from iceslide_fem.preprocess.roughness.survey import Survey, parameters, survey
 from iceslide_fem.preprocess.roughness.survey import table as csv_text
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import IceslideError
 from iceslide_fem.scene.materials import BAR, CONTACT_TABLES, YOUNGS_MODULUS
+from iceslide_fem.surfaces.surface import Surface
 from scripts.studies.common import ROOT, draw, iceslide_words, options, picture_options, table
 
 SURFACES = ROOT / "cases" / "surfaces"

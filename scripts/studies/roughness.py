@@ -36,13 +36,13 @@ from iceslide_fem.preprocess.roughness.parameters import (
     measure,
     squeeze_diameter,
 )
-from iceslide_fem.surfaces.surface import Surface, low_passed, statistics
 from iceslide_fem.preprocess.roughness.survey import parameters
 from iceslide_fem.relaxation.prony import Prony
 from iceslide_fem.rubber.element import QUADRATURE_DEGREE, energy_density
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.scene.materials import BAR, COMPOUNDS, YOUNGS_MODULUS
+from iceslide_fem.surfaces.surface import Surface, low_passed, statistics
 from scripts.studies.common import ROOT, options, table
 
 COMPOUND_B = ROOT / "cases" / "surfaces" / "compound_B.toml"

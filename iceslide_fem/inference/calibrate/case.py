@@ -11,7 +11,8 @@ from pydantic import ConfigDict, Field, model_validator
 
 from iceslide_fem.inference.calibrate.measured import Measured, read_measured
 from iceslide_fem.inference.calibrate.problem import Fitted, fitted
-from iceslide_fem.inference.parameters import changed_scene, checked, pairs
+from iceslide_fem.inference.parameters import changed_scene, checked
+from iceslide_fem.preprocess.option_values import pairs
 from iceslide_fem.runs.many_points import KEYS
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import Scene

@@ -12,8 +12,7 @@ from pydantic import BeforeValidator, ConfigDict, model_validator
 
 from iceslide_fem.inference.compare.candidates import Candidate, Condition, read_candidates
 from iceslide_fem.inference.compare.inputs import Inputs, read_inputs
-from iceslide_fem.inference.parameters import pairs
-from iceslide_fem.preprocess.option_values import Several
+from iceslide_fem.preprocess.option_values import Several, pairs
 from iceslide_fem.preprocess.wheel.option_values import SPEED, TEMPERATURE
 from iceslide_fem.preprocess.wheel.stop_options import Measured
 from iceslide_fem.runtime.errors import SceneError

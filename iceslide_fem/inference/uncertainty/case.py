@@ -8,9 +8,10 @@ from typing import Annotated, Literal
 
 from pydantic import ConfigDict, Field
 
-from iceslide_fem.inference.parameters import changed_scene, checked, pairs
+from iceslide_fem.inference.parameters import changed_scene, checked
 from iceslide_fem.inference.uncertainty.sampling import Inputs, read_calibration
 from iceslide_fem.inference.uncertainty.tyres import KINDS, Tyre, tyre
+from iceslide_fem.preprocess.option_values import pairs
 from iceslide_fem.runs.many_points import OUTPUTS
 from iceslide_fem.runs.model_levels import resolved
 from iceslide_fem.runtime.errors import SceneError

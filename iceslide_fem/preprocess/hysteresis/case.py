@@ -9,7 +9,7 @@ from typing import Annotated, Any, Self
 import numpy as np
 from pydantic import BeforeValidator, ConfigDict, model_validator
 
-from iceslide_fem.preprocess.option_values import Several
+from iceslide_fem.preprocess.option_values import Several, pairs
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import Scene, load_scene
 from iceslide_fem.scene.command_options import CommandOptions, option, option_names
@@ -44,7 +44,9 @@ class HysteresisCase(CommandOptions):
     model_config = ConfigDict(alias_generator=option_names("scene"))
 
     scene: InputFile = option(..., "Scene with ice.roughness and rubber that relaxes.", "SCENE")
-    set: tuple[str, ...] = option((), "Keys of the scene: ice.roughness.rms=3um.", "KEY=VALUE")
+    set: Annotated[dict[str, str], pairs("--set", "ice.roughness.rms=3um")] = option(
+        {}, "A key of the scene: ice.roughness.rms=3um. May be repeated.", "KEY=VALUE"
+    )
     speed: Annotated[Values, BeforeValidator(SPEED)] = option(
         SPEED(SPEEDS), "First, last, count, in equal ratios; or V,V,...", "V:V:N", SPEEDS
     )
@@ -71,7 +73,7 @@ class HysteresisCase(CommandOptions):
     @cached_property
     def read(self) -> Scene:
         """The scene. Raises SceneError."""
-        return load_scene(self.scene, self.set)
+        return load_scene(self.scene, [f"{key}={value}" for key, value in self.set.items()])
 
     @property
     def source(self) -> Path:

@@ -70,9 +70,7 @@ def _over_cut_off(found: Found) -> Chart:
     waves = [1e6 * one.shortest for one in found.cut_offs]
     mu = [one.mu for one in found.cut_offs]
     own = 1e6 * found.law.ice.shortest
-    said = (
-        f"The scene's shortest wave is {own:.3g} µm. Nothing in the theory says where waves end."
-    )
+    said = f"The scene's shortest wave is {own:.3g} µm. Nothing in the theory says where waves end."
     curves = [
         Curve("mu_h", waves, mu),
         Curve("the scene's", [own], [float(found.mu[0])], 1, True),

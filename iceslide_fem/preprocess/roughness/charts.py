@@ -9,10 +9,10 @@ from numpy.typing import ArrayLike
 
 from iceslide_fem.postprocess.report.page import Chart, Curve, HeatMap
 from iceslide_fem.preprocess.roughness.case import RoughnessCase
-from iceslide_fem.surfaces.surface import spectrum, spectrum_fit
 from iceslide_fem.preprocess.roughness.survey import Survey
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import BAR, CONTACT_TABLES
+from iceslide_fem.surfaces.surface import spectrum, spectrum_fit
 
 READ = "compound B, published (k at 5 bar: 0.405 is a reading of 0.105)"
 # Of contact.csv: title, label with unit, factor.

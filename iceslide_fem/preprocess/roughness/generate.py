@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 from scipy.stats import gamma
 
-from iceslide_fem.surfaces.waves import Waves
-from iceslide_fem.surfaces.surface import Surface
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.input_file import read_text
 from iceslide_fem.scene.messages import first_sentence
 from iceslide_fem.scene.units import Quantity
+from iceslide_fem.surfaces.surface import Surface
+from iceslide_fem.surfaces.waves import Waves
 
 Height = Annotated[float, Quantity("m", "1 nm", "10 mm")]
 Wave = Annotated[float, Quantity("m", "10 nm", "1 m")]

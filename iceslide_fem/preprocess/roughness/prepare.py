@@ -8,6 +8,8 @@ from typing import Any
 from iceslide_fem.preprocess.roughness.case import PIXELS_PER_WAVE, SOURCE_WAVE, RoughnessCase
 from iceslide_fem.preprocess.roughness.generate import generate, read_spec
 from iceslide_fem.preprocess.roughness.parameters import Definition
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.launch import memory_of_machine
 from iceslide_fem.surfaces.read import read_surface
 from iceslide_fem.surfaces.surface import (
     Surface,
@@ -16,8 +18,6 @@ from iceslide_fem.surfaces.surface import (
     low_passed,
     statistics,
 )
-from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.runtime.launch import memory_of_machine
 
 PIXEL_ROUNDING = 1e-3  # of a pixel's side: rounding in files with few digits
 # Coarser pixels change k and D noticeably.

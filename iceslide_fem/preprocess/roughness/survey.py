@@ -12,6 +12,10 @@ from iceslide_fem.preprocess.roughness.creep import hold
 from iceslide_fem.preprocess.roughness.half_space import TOLERANCE, Contact, press
 from iceslide_fem.preprocess.roughness.parameters import Definition, Parameters, measure
 from iceslide_fem.preprocess.roughness.prepare import prepared
+from iceslide_fem.preprocess.work import csv_text
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.scene.materials import BAR
 from iceslide_fem.surfaces.surface import (
     SpectrumFit,
     Statistics,
@@ -20,10 +24,6 @@ from iceslide_fem.surfaces.surface import (
     spectrum_fit,
     statistics,
 )
-from iceslide_fem.preprocess.work import csv_text
-from iceslide_fem.runtime.arrays import Array
-from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.scene.materials import BAR
 
 STEEP = 0.6  # rms slope above which the half-space is inaccurate
 NEARLY_FULL = 0.9  # fraction of contact

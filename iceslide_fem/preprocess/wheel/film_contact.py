@@ -100,9 +100,9 @@ class FilmContact:
         carried = carried and carried._replace(softness=softness)
         limit = limit and limit._replace(viscosity=viscosity)
         before = np.broadcast_to(np.asarray(ride.temperature, dtype=float), speed.shape)
-        rough = ride.hysteresis and ride.hysteresis.at(
-            flat, speeds, np.repeat(before, pressure.shape[1])
-        )
+        rough = None
+        if ride.hysteresis is not None:
+            rough = ride.hysteresis.at(flat, speeds, np.repeat(before, pressure.shape[1]))
         loads = film_loads(flat, speeds, k, D, H_V, viscosity, None, limit, carried, rough=rough)
         below = np.maximum(ride.solid.melting_temperature - warm, 0.0)
         log_height, internal = films_of(height, warm, below, speeds, None, limit)
