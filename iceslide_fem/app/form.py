@@ -86,11 +86,12 @@ def scene_of(texts: Texts) -> Scene:
 
 
 def texts_of(data: Mapping[str, Any], prefix: str = "") -> dict[str, str]:
-    """Inverse of `tables`: dotted key -> text. Lists and probes are TOML."""
+    """Inverse of `tables`: dotted key -> text. Lists, and tables that are one key, are TOML."""
     found: dict[str, str] = {}
+    known = set(keys())
     for name, value in data.items():
         key = prefix + name
-        if isinstance(value, Mapping) and key != "output.probes":
+        if isinstance(value, Mapping) and key not in known:
             found |= texts_of(value, f"{key}.")
         else:
             found[key] = _text(value)

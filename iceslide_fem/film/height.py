@@ -19,6 +19,8 @@ _CHANGES = 4
 # Tolerance in Newton's method; the remaining error is of the order of its square.
 _TOLERANCE = 1e-8
 _ITERATIONS = 80
+# Iterations after which Newton's method ends if no root is bracketed.
+_LOST = 12
 # Change of ln h above which Newton's method needs a safeguard.
 _FAR = 0.1
 _UNSETTLED = 8
@@ -217,6 +219,8 @@ def _bracketed(equation: LogEquation) -> Array:
             y += change
         if largest <= _TOLERANCE:
             return y
+        if iteration >= _LOST and not (np.isfinite(low) & np.isfinite(high)).any():
+            break
     creeps = np.flatnonzero(~(np.abs(change) <= _TOLERANCE))
     y[creeps] = _bisected(equation.take(creeps), low[creeps], high[creeps])
     return y
@@ -234,6 +238,8 @@ def _bisected(equation: LogEquation, low: Array, high: Array) -> Array:
         low, high = np.where(above(low), low - step, low), np.where(above(high), high, high + step)
         step *= 2.0
     found = ~above(low) & above(high)
+    if not found.any():
+        return np.full_like(low, np.nan)
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
         low, high = np.where(above(middle), low, middle), np.where(above(middle), middle, high)

@@ -15,7 +15,7 @@ from iceslide_fem.inference.compare.inputs import Inputs, Slopes
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.wheel.case import WheelCase
 from iceslide_fem.preprocess.wheel.peak import peak_and_locked
-from iceslide_fem.preprocess.wheel.stops import deceleration_on, stops_on, table_of_stop
+from iceslide_fem.preprocess.wheel.stops import deceleration_on, table_of_stop
 from iceslide_fem.preprocess.wheel.tread import stiffness_of
 from iceslide_fem.runs.many_points import OUTPUTS as OF_POINTS
 from iceslide_fem.runs.many_points import friction
@@ -104,17 +104,17 @@ def _scenes(
 class Job(NamedTuple):
     """A wheel to compute: its case, footprint, and a factor on its tread's stiffness.
 
-    every: n-th of the speeds and slip ratios; control: the only one of a stop, "" for all.
+    every: n-th of the speeds and slip ratios; controls: of a stop.
     """
 
     case: WheelCase
     footprint: PressureMap
     factor: float = 1.0
     every: int = 1
-    control: str = ""
+    controls: Sequence[str] = CONTROLS
 
-    def __call__(self) -> dict[str, float] | str:
-        """Its outputs, or why it has none."""
+    def __call__(self) -> tuple[dict[str, float], list[str]]:
+        """Its outputs, and why it does not have others."""
         case, footprint = self.case, self.footprint
         stiffness = stiffness_of(case, footprint)
         stiffness = stiffness._replace(value=self.factor * stiffness.value)
@@ -124,15 +124,18 @@ class Job(NamedTuple):
             footprint = _halved(footprint)
         try:
             if not case.abs:
-                return peak_and_locked(case, footprint, stiffness, self.every)
+                return peak_and_locked(case, footprint, stiffness, self.every), []
             table = table_of_stop(case, footprint, stiffness, self.every)
-            if self.control:
-                value = deceleration_on(case, table, load, self.control)
-                return {f"deceleration_{self.control}": value}
-            stops = stops_on(case, table, load)
         except SimulationStopped as error:
-            return str(error)
-        return {f"deceleration_{control}": stops.deceleration(control) for control in CONTROLS}
+            return {}, [str(error)]
+        found, why = {}, []
+        for control in self.controls:
+            try:
+                value = deceleration_on(case, table, load, control)
+                found[f"deceleration_{control}"] = value
+            except SimulationStopped as error:
+                why.append(f"control {control}: {error}")
+        return found, why
 
 
 def _halved(footprint: PressureMap) -> PressureMap:
@@ -153,8 +156,8 @@ def values_of_wheels(
     shape = len(grid), len(grid[0])
     places = [(i, j) for i in range(shape[0]) for j in range(shape[1])]
     wheels = {(i, j): grid[i][j].wheel for i, j in places}
-    control = "" if not output.startswith("deceleration") else output.rpartition("_")[2]
-    control = "ideal" if control == "threshold" else control
+    of_slope = "deceleration_ideal" if output == "deceleration_threshold" else output
+    control = of_slope.rpartition("_")[2]
     sides = [
         (place, side)
         for place in range(shape[1])
@@ -163,7 +166,7 @@ def values_of_wheels(
     jobs = [Job(wheel, maps[i], every=every) for every in (1, 2) for (i, _), wheel in wheels.items()
             if wheel is not None]  # fmt: skip
     jobs += [
-        Job(wheel.under(side.scene), maps[side.number], side.stiffness, 2, control)
+        Job(wheel.under(side.scene), maps[side.number], side.stiffness, 2, (control,))
         for place, side in sides
         if (wheel := grid[side.number][place].wheel) is not None
     ]
@@ -172,22 +175,19 @@ def values_of_wheels(
     arrays = []
     for some in (results[:count], results[count : 2 * count]):
         found: ARRAYS = {}
-        for (i, j), result in zip(places, some, strict=True):
-            if isinstance(result, str):
-                why.append(f"{grid[i][j].name}: {result}")
-                continue
-            for key, value in result.items():
+        for (i, j), (outputs, reasons) in zip(places, some, strict=True):
+            why += [f"{grid[i][j].name}: {reason}" for reason in reasons]
+            for key, value in outputs.items():
                 found.setdefault(key, np.full(shape, np.nan))[i, j] = value
         arrays.append(found)
-    of_slope = f"deceleration_{control}" if control else output
     slopes = np.zeros((*shape, len(inputs.keys)))
-    for (place, side), result in zip(sides, results[2 * count :], strict=True):
-        value = np.nan if isinstance(result, str) else result[of_slope]
+    for (place, side), (outputs, _) in zip(sides, results[2 * count :], strict=True):
+        value = outputs.get(of_slope, np.nan)
         slopes[side.number, place, inputs.keys.index(side.key)] += 0.5 * side.sign * np.log(value)
     return Values(arrays[0], arrays[1], Slopes(inputs, slopes), why)
 
 
-def _in_parallel(jobs: Sequence[Job], tell: Tell) -> Iterator[dict[str, float] | str]:
+def _in_parallel(jobs: Sequence[Job], tell: Tell) -> Iterator[tuple[dict[str, float], list[str]]]:
     with ProcessPoolExecutor(available_cores()) as pool:
         for number, result in enumerate(pool.map(Job.__call__, jobs), start=1):
             tell(number / len(jobs), f"{number} of {len(jobs)} wheels")

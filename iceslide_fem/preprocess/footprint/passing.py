@@ -20,8 +20,8 @@ import numpy as np
 
 from iceslide_fem.film.height import CLOSE
 from iceslide_fem.film.ice_heat import Column
-from iceslide_fem.film.integrators import InterfaceState
-from iceslide_fem.film.loads import MOLTEN, film_loads
+from iceslide_fem.film.integrators import InterfaceState, Step, advance
+from iceslide_fem.film.loads import MOLTEN, FilmLoads, film_loads
 from iceslide_fem.film.point import taken
 from iceslide_fem.film.rubber_heat import Insulated, RubberHeat
 from iceslide_fem.film.runge_kutta import INTEGRATORS
@@ -37,7 +37,8 @@ from iceslide_fem.scene.contact_table import ConstantContact, ContactTable
 METHOD = INTEGRATORS["sdirk2"]
 # Relative to a pixel's time: the shortest step, and the rounding of the rest.
 SHORTEST, SLACK = 1e-12, 1e-6
-YOUNGEST = 1e-2  # the first step where water meets cold ice
+# Where water meets cold ice: the first moment, and the first step after it.
+MOMENT, YOUNGEST = 1e-3, 1e-2
 
 
 class Path(NamedTuple):
@@ -105,6 +106,27 @@ class FilmMap(NamedTuple):
     def mean_friction(self, footprint: PressureMap) -> float:
         """Friction force over load of the whole footprint."""
         return float(self.shear.sum() / footprint.pressure.sum())
+
+
+def works_of(step: Step) -> tuple[Array, Array, Array]:
+    """Friction work, heat into the ice and latent heat of a step, J/m2, (n,)."""
+    return step.friction_work, step.ice_heat, step.latent_heat
+
+
+def touched(
+    state: InterfaceState,
+    loads: FilmLoads,
+    dt: Array,
+    ice: Column,
+    rubber: RubberHeat,
+    close: float,
+) -> Step:
+    """The first moment `dt` (s) of lines where water without a film meets cold ice, (n,).
+
+    The flux into the ice is infinite at first, and a little water freezes at once. A method of
+    several stages would freeze it more than once, so this step is one implicit stage.
+    """
+    return advance(state, loads, loads, dt, ice, INTEGRATORS["implicit-euler"], rubber, None, close)
 
 
 def films_along(
@@ -185,10 +207,21 @@ def films_along(
             meets = arrives[path.enters[pixel]]
             if not insulated:
                 state.rubber[:, meets] = 0.0
-            if ride.refreeze == "area":  # water meets cold ice
-                dt[meets], state.internal[MOLTEN, meets] = YOUNGEST * whole[meets], 0.0
             for work in works:
                 work[arrives] = 0.0
+            if ride.refreeze == "area":  # water meets cold ice
+                dt[meets], state.internal[MOLTEN, meets] = YOUNGEST * whole[meets], 0.0
+                bare = meets[(load.height(state.log_height) <= 0.0)[meets]]
+                if bare.size:
+                    moment = MOMENT * whole[bare]
+                    first = load if aged is None else aged.over(at, whole - left, dt)[0]
+                    bodies = ice.take(bare), rubber.take(bare)
+                    step = touched(state.take(bare), first.take(bare), moment, *bodies, close)
+                    for part, new in zip(state, step.state, strict=True):
+                        part[..., bare] = new
+                    left[bare] -= moment
+                    for work, more in zip(works, works_of(step), strict=True):
+                        work[bare] += more
         trial = left / np.ceil(left / dt - SLACK)
         begin, end = (load, load) if aged is None else aged.over(at, whole - left, trial)
         step, good, dt = control.trial(state, begin, end, trial, ice, scale, rubber, rate)
@@ -203,8 +236,7 @@ def films_along(
         growth[bad] = rate[bad]
         rate, passed = growth, np.where(good, trial, 0.0)
         left -= passed
-        added = step.friction_work, step.ice_heat, step.latent_heat
-        for work, more in zip(works, added, strict=True):
+        for work, more in zip(works, works_of(step), strict=True):
             more[bad] = 0.0
             work += more
         arrives = np.flatnonzero(left <= SLACK * whole)

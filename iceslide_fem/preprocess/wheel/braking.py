@@ -84,7 +84,7 @@ class Stop:
         )
 
 
-WEAKEST = 0.05  # m/s2, least mean deceleration of a stop
+WEAKEST, PATIENCE = 0.05, 10.0  # m/s2, s: least mean deceleration of a stop after that time
 PICTURED = 0.05  # s, largest time between two rows of a history
 V, OMEGA, X, TORQUE, CONTACT, BRAKE = range(6)  # indices of the state; the last two are works, J
 
@@ -115,16 +115,17 @@ def brake(
         rate = _rate(state[TORQUE], rise, releases, brakes, threshold)
         wheel = _Wheel(table, car, rate, locked)
         events = wheel.events(end_speed, brakes, releases, threshold)
+        events["weak"] = _event(lambda t, y: y[V] - speed + WEAKEST * (t - PATIENCE), 1.0)
         # Implicit: the slip of a slow wheel follows its torque in less than a millisecond.
         found = solve_ivp(
-            wheel, (time, speed / WEAKEST), state, method="Radau", rtol=tolerance,
+            wheel, (time, PATIENCE + speed / WEAKEST), state, method="Radau", rtol=tolerance,
             atol=tolerance * scale, max_step=PICTURED, events=list(events.values()),
         )  # fmt: skip
         happened = [name for name, at in zip(events, found.t_events, strict=True) if at.size]
-        if not happened:
+        if not happened or happened[0] == "weak":
             raise SimulationStopped(
-                f"the car still has {KMH * found.y[V, -1]:.3g} km/h after {found.t[-1]:.0f} s: "
-                "the brake or the friction is too weak"
+                f"the car still has {KMH * found.y[V, -1]:.3g} km/h after {found.t[-1]:.0f} s, "
+                f"less than {WEAKEST:g} m/s2: the brake or the friction is too weak"
             )
         time, state = found.t[-1], found.y[:, -1].copy()
         match happened[0]:

@@ -67,25 +67,32 @@ def stops_on(case: WheelCase, table: SlipTable, load: float) -> Stops:
     """
     car, brakes, control = case.car(load), case.brakes, case.control
     found = compare_controls(table, case.speed, case.end_speed, car, brakes, control, TOLERANCE)
-    speeds = starts(found["threshold"], case.phases, float(table.speeds[-1]))
-    more = [
-        brake(table, float(speed), case.end_speed, car, brakes, control, TOLERANCE)
-        for speed in speeds[1:]
-    ]
-    return Stops(found, [found["threshold"], *more], case.measured_from(case.speed))
+    every = phases(case, table, load, found["threshold"])
+    return Stops(found, every, case.measured_from(case.speed))
+
+
+def phases(case: WheelCase, table: SlipTable, load: float, first: Stop) -> list[Stop]:
+    """The stop by thresholds in all phases of a cycle of the `first` one. Raises as `stops_on`."""
+    speeds = starts(first, case.phases, float(table.speeds[-1]))
+    rest = case.end_speed, case.car(load), case.brakes, case.control, TOLERANCE
+    return [first, *(brake(table, float(speed), *rest) for speed in speeds[1:])]
 
 
 def deceleration_on(case: WheelCase, table: SlipTable, load: float, control: str) -> float:
-    """The measured deceleration (m/s2) of the stop by one `control`, "ideal" or "locked".
+    """The measured deceleration (m/s2) of the stop by one `control`, "threshold" over its phases.
 
     Raises as `stops_on`.
     """
     car, ends = case.car(load), (case.speed, case.end_speed)
     if control == "ideal":
-        stop = brake_ideally(table, *ends, car, TOLERANCE)
+        stops = [brake_ideally(table, *ends, car, TOLERANCE)]
+    elif control == "locked":
+        stops = [brake(table, *ends, car, case.brakes, tolerance=TOLERANCE)]
     else:
-        stop = brake(table, *ends, car, case.brakes, tolerance=TOLERANCE)
-    return stop.between(*case.measured_from(case.speed))
+        first = brake(table, *ends, car, case.brakes, case.control, TOLERANCE)
+        stops = phases(case, table, load, first)
+    measured = case.measured_from(case.speed)
+    return float(np.mean([stop.between(*measured) for stop in stops]))
 
 
 def thinned(axis: Array, every: int) -> Array:
