@@ -44,6 +44,7 @@ MADE = {
     "film.contact": "film.contact=cases/surfaces/compound_B.csv",
     "load.changes": f"load.pressure={ROWS}",
     "load.pressures.is_constant": f"load.pressure={ROWS}",
+    "load.speeds.is_constant": "load.speed=[['0 ms', '1 m/s'], ['1 ms', '2 m/s']]",
     "load.passes": ("load.passes=2", "load.period=1"),
     "rubber.rows": ("rubber.rows=2", "rubber.row_pitch=400mm"),
     "rubber.wall_friction": "rubber.wall_friction=0.5",
@@ -55,6 +56,13 @@ MADE = {
     "film.dry_stress": ("film.dry_stress=2bar", "film.dry_softening=10"),
     "film.dry_residual": ("film.dry_stress=2bar", "film.dry_residual=1"),
     "film.dry_softens": ("film.dry_stress=2bar", "film.dry_softening=10"),
+    "film.dry_speed": (
+        "film.dry_speed=1cm/s", "film.dry_width=3", "film.dry_stress=2bar",
+    ),
+    "ice.roughness.is_rough": (
+        "ice.roughness.rms=1um", "ice.roughness.longest=0.5mm", "ice.roughness.shortest=10um",
+        *RELAXES,
+    ),
     "film.conductance": "film.conductance=1e5",
     "ice.is_wet": "ice.water=20um",
     "ice.water_has_rows": "ice.water=[[0, 1e-6], [1, 2e-6]]",
@@ -71,7 +79,7 @@ def overrides(condition, plain):
         return ()
     if condition.key == "film.refreeze" and condition.values[0] == "film":
         return FREEZES
-    if condition.values and condition.key != "load.pressures.is_constant":
+    if condition.values and not condition.key.endswith("is_constant"):
         return (f"{condition.key}={str(condition.values[0]).lower()}",)
     found = MADE[condition.key]
     return (found,) if isinstance(found, str) else found

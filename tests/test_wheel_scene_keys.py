@@ -39,6 +39,9 @@ CONSTANT = {**OWN, "film.contact": None, "film.k": 0.2, "film.D": "30 um", "film
 SOFT = {"rubber.prony": [[0.6, "1 ms"]], "rubber.modulus_is": "long-term"}
 AGES = {**SOFT, "film.contact": "bare.csv", "film.contact_modulus": "2 MPa"}
 DRY = {"film.dry_stress": "4 bar", "film.initial_height": 0.0}
+SPEED = {**DRY, "film.dry_speed": "1 mm/s", "film.dry_width": 3}
+WAVES = {"ice.roughness.longest": "0.5 mm", "ice.roughness.shortest": "5 um"}
+ROUGH = {**SOFT, **WAVES, "ice.roughness.rms": "1 um"}
 CARRY = {"film.voids": "carry", "film.contact": SURFACE, "ice.water": "20 um"}
 LUG = {**CARRY, "rubber.length": "10 mm", "rubber.width": "10 mm", "rubber.height": "10 mm"}
 COULOMB = {"friction.law": "coulomb", "friction.mu": 0.2}
@@ -134,6 +137,18 @@ GIVEN = {
     "ice.melting_temperature": ("-2 degC",),
     "ice.latent_heat": (1e5,),
     "ice.water": ("5 um", CARRY),
+    "ice.roughness.rms": ("2 um", {**SOFT, **WAVES}),
+    "ice.roughness.hurst": (0.7, ROUGH),
+    "ice.roughness.longest": ("0.3 mm", ROUGH),
+    "ice.roughness.shortest": ("10 um", ROUGH),
+    "ice.roughness.gamma": (0.5, ROUGH),
+    "ice.roughness.map": ("ice.npy", SOFT, {"ice.roughness.pixel": "5 um"}),
+    "ice.roughness.pixel": ("5 um", SOFT, {"ice.roughness.map": "ice.npy"}),
+    "ice.roughness.height_unit": (
+        "1 um",
+        SOFT,
+        {"ice.roughness.map": "ice.csv", "ice.roughness.pixel": "5 um"},
+    ),
     "water.viscosity": (3e-3,),
     "water.conductivity": (0.6, HEAT),
     "film.carrier": ("rubber",),
@@ -153,6 +168,10 @@ GIVEN = {
     "film.dry_stress": ("4 bar",),
     "film.dry_softening": ("5 K", DRY),
     "film.dry_residual": ("2 K", DRY | {"film.dry_softening": "10 K"}),
+    "film.dry_speed": ("1 mm/s", DRY, {"film.dry_width": 3}),
+    "film.dry_width": (2.0, DRY, {"film.dry_speed": "1 mm/s"}),
+    "film.dry_rows": ([[0.0, 1.0], [3.0, 0.5]], DRY, {"film.dry_speed": "1 mm/s"}),
+    "film.dry_shift": ({"reference": "-20 degC", "C1": 7.4, "C2": "121.6 K"}, SPEED),
     "film.refreeze": ("nothing", CARRY | {"ice.water": "5 um"}),
     "film.between": ("drain", {"load.passes": 3, "load.period": "0.1 s"}),
     "film.voids": ("carry", {"film.contact": SURFACE}),
@@ -193,6 +212,9 @@ def folder(tmp_path_factory):
     (path / "dma.csv").write_text("\n".join([head, *lines]), encoding="utf-8")
     outline = "x_m,y_m\n-4e-4,-4e-4\n4e-4,-4e-4\n0,4e-4\n"
     (path / "outline.csv").write_text(outline, encoding="utf-8")
+    heights = np.random.default_rng(3).standard_normal((32, 32))
+    np.save(path / "ice.npy", 1e-7 * heights)
+    np.savetxt(path / "ice.csv", 0.1 * heights, delimiter=",")
     for name in ("block.msh", "ice.msh"):
         (path / name).write_text("$MeshFormat\n", encoding="utf-8")
     bare = "pressure_Pa,k,D_m,H_V_m\n1e3,0.01,1e-5,8e-6\n1e6,0.6,6e-5,3e-7\n"
