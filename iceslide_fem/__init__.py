@@ -38,6 +38,7 @@ __all__ = [
     "calibrate",
     "compare",
     "footprint",
+    "hysteresis",
     "load_scene",
     "point",
     "read_run",
@@ -54,7 +55,7 @@ __all__ = [
 _MODULES = {
     "api.inference": ("calibrate", "compare", "uncertainty"),
     "api.points": ("Conditions", "simulate_points"),
-    "api.preprocessors": ("footprint", "roughness", "wheel"),
+    "api.preprocessors": ("footprint", "hysteresis", "roughness", "wheel"),
     "api.runs": ("load_scene", "read_run", "run"),
     "api.sweeps": ("sweep",),
     "laws.protocol": ("Contact", "Law", "Response", "Surface"),

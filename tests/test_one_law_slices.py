@@ -21,7 +21,9 @@ FRAMES = {"attached": {"motion": "attached"}, "on ice": {"motion": "sliding"}}
 
 
 def scene(frame, heat="column", duration=0.1e-3, **film):
-    """Rubber of 5 mm that relaxes and takes heat, on wet ice; water carries, dry contact limits."""
+    """Rubber of 5 mm that relaxes and takes heat, on wet and rough ice; water carries, dry contact
+    limits.
+    """
     return scene_from_dict(
         {
             "name": "all", "model": "slice",
@@ -31,7 +33,10 @@ def scene(frame, heat="column", duration=0.1e-3, **film):
                 "prony": [[0.2, 1e-5], [0.3, 1e-3]], "modulus_is": "instantaneous",
             },
             "load": {"pressure": 2e5, "speed": 4.0, "duration": duration},
-            "ice": {"temperature": "-5 degC", "water": 3e-6, "heat": heat, **FRAMES[frame]},
+            "ice": {
+                "temperature": "-5 degC", "water": 3e-6, "heat": heat, **FRAMES[frame],
+                "roughness": {"rms": 1e-6, "longest": 1e-3, "shortest": 1e-5},
+            },
             "water": {"viscosity": [[253.15, 4e-3], [273.15, 1.8e-3]]},
             "film": {
                 "voids": "carry", "contact": str(SURFACE), "contact_age": True,
@@ -58,6 +63,7 @@ def test_energy_and_water_are_accounted_for(frame, heat):
         rows.append(slide_row(sliding, ledger, accepted)._asdict())
         assert unaccounted(rows[-1]) < 1e-10
     assert abs(ledger.imbalance) < 5e-3
+    assert 1e-3 * ledger.friction_work < ledger.hysteresis_heat < ledger.friction_work
     last = rows[-1]
     assert last["rubber_heat_J"] > 0.0 and last["latent_heat_J"] < 0.0  # it freezes
     assert 0.0 < last["water_borne_fraction"] < 1.0

@@ -31,6 +31,8 @@ TABLES = {
     ),
     "wheel": ("mu_slip.csv", "wheel", *SLICK, "--slip", "0:1:3"),
     "stops": ("stops.csv", "wheel", *SLICK, "--slip", "0:1:3", "--abs", "--end-speed", "18km/h"),
+    "hysteresis": ("hysteresis.csv", "hysteresis", ROOT / "cases" / "rough_ice.toml"),
+    "waves": ("waves.csv", "hysteresis", ROOT / "cases" / "rough_ice.toml"),
     "roughness": ("contact.csv", "roughness", "surface.toml", *ONE, "--pressures", "1bar:2bar:2"),
     "rubber": ("rubber.csv", "rubber", DMA),
     "shift": ("shift_factors.csv", "rubber", DMA),

@@ -137,7 +137,7 @@ def test_every_file_of_rows_is_relative_to_the_scene(tmp_path):
         "load": {"pressure": "ms, bar", "speed": "ms, m/s"},
         "ice": {"conductivity": "degC, W/m/K", "heat_capacity": "degC, J/kg/K", "water": "mm, um"},
         "water": {"viscosity": "degC, mPa*s"},
-        "film": {"initial_height": "degC, nm", "dry_stress": "degC, kPa"},
+        "film": {"initial_height": "degC, nm", "dry_stress": "degC, kPa", "dry_rows": "1, 1"},
     }
     lines = ['name = "x"', 'model = "slice"', "[rubber]", 'compound = "B"']
     for table, keys in tables.items():
@@ -345,6 +345,9 @@ def test_the_cases_are_valid_and_named_after_their_files(path):
     if path.stem in ("cold_point", "cold_block"):
         assert scene.film.dry_softens and scene.initial_height == 0.0
         assert scene.rubber.inertia == (scene.model != "point")
+        return
+    if path.stem == "rough_ice":
+        assert scene.ice.roughness.is_rough and scene.rubber.relaxation is not None
         return
     if path.stem in ("wet_slick", "wet_siped"):
         assert scene.ice.water == pytest.approx(20e-6) and scene.film.voids == "carry"

@@ -13,6 +13,8 @@ import xarray as xr
 from iceslide_fem.api.runs import Variables, plain_attributes, variables
 from iceslide_fem.preprocess.footprint import command as footprints
 from iceslide_fem.preprocess.footprint.survey import Survey
+from iceslide_fem.preprocess.hysteresis import command as rough_ice
+from iceslide_fem.preprocess.hysteresis import survey as losses
 from iceslide_fem.preprocess.roughness import command as surfaces
 from iceslide_fem.preprocess.roughness.survey import columns
 from iceslide_fem.preprocess.wheel import command as wheels
@@ -93,6 +95,35 @@ def roughness(
         over = xr.Variable("age_s", ages, {"long_name": "age", "units": "s"})
         return xr.concat(parts, over).assign_attrs(attributes)
     return parts[0].assign_attrs(attributes)
+
+
+def hysteresis(
+    scene: Path | str, *, out: Path | str | None = None, force: bool = False, **options: Any
+) -> xr.Dataset:
+    """What rubber loses on the waves of rough ice, as `iceslide hysteresis`.
+
+    `scene` has `ice.roughness` and rubber that relaxes. Options have the command's names. Writes to
+    `out` what the command writes, by default to `results/<name of the scene>_hysteresis`.
+
+    The columns of `hysteresis.csv` are over `condition`, the first the scene's own, those of
+    `waves.csv` over `q_rad_m`, with the prefix `wave_`. Attributes: the figures of `summary.json`
+    by dotted names.
+
+    Raises `SceneError` with one sentence, before anything is written, where the input is wrong.
+
+    ```python
+    import iceslide_fem
+
+    found = iceslide_fem.hysteresis("cases/rough_ice.toml", speed="1mm/s:10m/s:25")
+    found["mu_hysteresis"][1:].plot()
+    ```
+    """
+    done = _done(rough_ice.HYSTERESIS, {"scene": scene, **options}, out, force)
+    rows, waves = losses.columns(done.found), losses.spectrum_columns(done.found)
+    data = variables({"condition": np.arange(len(rows["k"])), **rows}, "condition")
+    q = waves.pop("q_rad_m")
+    data |= variables({"q_rad_m": q} | {f"wave_{key}": v for key, v in waves.items()}, "q_rad_m")
+    return xr.Dataset(data, attrs=attributes_of_done("hysteresis", done))
 
 
 def wheel(

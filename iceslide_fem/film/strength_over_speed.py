@@ -27,7 +27,7 @@ from iceslide_fem.runtime.arrays import Array, Index
 from iceslide_fem.scene import Scene
 
 SLOWEST = 1e-6  # m/s, slower slip has this speed's strength
-SAMPLES = 17  # temperatures between which the balance is searched
+SAMPLES = 33  # temperatures between which the balance is searched
 STEEPEST = 0.5**0.5  # largest R dq/dT of a step, of (2)
 CLOSE = 1e-9  # K
 NUDGE = 1e-5  # K, for derivatives
@@ -124,7 +124,8 @@ class RatedStrength(NamedTuple):
     ) -> Balanced:
         """tau_b at the temperature caused by friction, as `limiting_shear.balanced`.
 
-        u = u_0 - R q(tau_b(u)) has one root between u_0 and the u of the largest flux.
+        u = u_0 - R q(tau_b(u)) has one root between u_0 and the u of the largest flux. Where it is
+        below 0 the ice melts, and the result does not count.
         """
 
         def flux(tau: Array) -> Array:
@@ -135,6 +136,7 @@ class RatedStrength(NamedTuple):
 
         n = self.speed.size
         lowest = undercooling - resistance * flux(np.broadcast_to(self.hardest, (n,)))
+        lowest = np.maximum(lowest, np.minimum(undercooling, 0.0))
         parts = np.linspace(0.0, 1.0, SAMPLES)
         depths = lowest + parts[:, None] * (undercooling - lowest)
         values = np.array([left(depth) for depth in depths])

@@ -58,7 +58,7 @@ def _unused(scene: Scene) -> list[str]:
         used = {"film.water_speed"} if scene.rubber.rows > 1 else set()
         used |= {"rubber.sipes"} if scene.film.voids == "carry" else set()  # ends of the lug
         reasons['with model = "point"'] = [key for key in NOT_OF_A_POINT if key not in used]
-        if not scene.film.contact_age:
+        if not scene.film.contact_age and not scene.ice.roughness.is_rough:
             reasons["at a point without film.contact_age: its contact is taken as old"] = RELAXES
     else:
         if not sliding:
