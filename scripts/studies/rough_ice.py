@@ -50,7 +50,7 @@ EFFECTS: Mapping[str, tuple[str, ...]] = {
 }
 # A Magic Formula for smooth ice that is passed on without its source: peak, its slip, slope at 0.
 PUBLIC = 0.172, 0.054, 9.5
-CARCASS = 60e6  # Pa/m, with which the slope of ours is that of the public set
+CARCASS = 132e6  # Pa/m, with which the slope of ours is that of the public set
 
 
 def worth() -> Iterator[tuple[object, ...]]:

@@ -217,8 +217,8 @@ def films_along(
                     first = load if aged is None else aged.over(at, whole - left, dt)[0]
                     bodies = ice.take(bare), rubber.take(bare)
                     step = touched(state.take(bare), first.take(bare), moment, *bodies, close)
-                    for part, new in zip(state, step.state, strict=True):
-                        part[..., bare] = new
+                    for part, wetted in zip(state, step.state, strict=True):
+                        part[..., bare] = wetted
                     left[bare] -= moment
                     for work, more in zip(works, works_of(step), strict=True):
                         work[bare] += more
