@@ -315,6 +315,14 @@ def test_the_grip_index_of_a_compound_and_a_pattern_is_that_of_another_program()
     assert float(row[6]) == pytest.approx(0.9470, rel=2e-3)
 
 
+def test_hysteresis_is_worth_what_another_program_found():
+    rows = printed("rough_ice", "--questions", "worth")
+    (row,) = (one for one in rows if one[:3] == ["1", "-5", "3"])
+    assert [float(cell) for cell in row[3:]] == pytest.approx(
+        [0.012, 0.018, 0.026, 0.041, 0.064], abs=6e-4
+    )
+
+
 def test_dry_stress_is_predicted_before_it_is_compared():
     text = output("dry_calibration", "--quick")
     assert "Film law alone, 20 mm, 2 bar, 4 m/s, -4 degC: mean mu 0.208." in text

@@ -62,6 +62,15 @@ class ShearStrength(NamedTuple):
         row, slope = self.segment(depth)
         return self.at(row, self.strength) + slope * (depth - self.at(row, self.depth))
 
+    def at_depths(self, depths: Array) -> Array:
+        """tau_b (Pa) at several u (K) of each point, (m, n)."""
+        tau = np.broadcast_to(self.strength[0], depths.shape)
+        for row in range(len(self.depth) - 1):
+            run, rise = (np.diff(part[row : row + 2], axis=0)[0] for part in self[:2])
+            share = np.divide(depths - self.depth[row], run, where=run > 0.0, out=0.0 * depths)
+            tau = tau + rise * np.clip(share, 0.0, 1.0)
+        return tau
+
     def segment(self, depth: Array) -> tuple[Index, Array]:
         """The row below each u (K), (n,), and d tau_b / d u (Pa/K) above it."""
         row = (depth >= self.depth).sum(axis=0) - 1

@@ -29,7 +29,7 @@ from iceslide_fem.scene import Scene
 SLOWEST = 1e-6  # m/s, slower slip has this speed's strength
 SAMPLES = 33  # temperatures between which the balance is searched
 STEEPEST = 0.5**0.5  # largest R dq/dT of a step, of (2)
-CLOSE = 1e-9  # K
+CLOSE, MOST_ITERATIONS = 1e-7, 60  # K
 NUDGE = 1e-5  # K, for derivatives
 
 
@@ -139,24 +139,33 @@ class RatedStrength(NamedTuple):
         lowest = np.maximum(lowest, np.minimum(undercooling, 0.0))
         parts = np.linspace(0.0, 1.0, SAMPLES)
         depths = lowest + parts[:, None] * (undercooling - lowest)
-        values = np.array([left(depth) for depth in depths])
+        tau = self.cold.at_depths(depths) * self.law(self.speed, self.law.melting - depths)
+        values = depths - undercooling + resistance * flux(tau)
         # d left / d u = 1 - R dq/dT between the samples.
         run = np.diff(depths, axis=0)
         rise = np.divide(np.diff(values, axis=0), run, out=np.ones_like(run), where=run > 0.0)
         row = np.clip((values <= 0.0).sum(axis=0) - 1, 0, SAMPLES - 2)
-        low, high = (np.take_along_axis(depths, (row + i)[None], axis=0)[0] for i in (0, 1))
-        depth = 0.5 * (low + high)
-        for _ in range(60):
-            value = left(depth)
-            low, high = np.where(value <= 0.0, depth, low), np.where(value > 0.0, depth, high)
-            slope = (left(depth + NUDGE) - value) / NUDGE
+        low, high, below, above = (
+            np.take_along_axis(part, (row + i)[None], axis=0)[0]
+            for part in (depths, values)
+            for i in (0, 1)
+        )
+        depth = low
+        for _ in range(MOST_ITERATIONS):
+            # Regula falsi with Illinois's halving of the side that stays.
             with np.errstate(divide="ignore", invalid="ignore"):
-                following = depth - value / slope
-            inside = (following >= low) & (following <= high)
-            following = np.where(inside, following, 0.5 * (low + high))
+                following = np.clip(high - above * (high - low) / (above - below), low, high)
+            following = np.where(np.isfinite(following), following, low)
             change, depth = np.abs(following - depth), following
             if (change <= CLOSE).all():
                 break
+            value = left(depth)
+            under = value <= 0.0
+            low, high = np.where(under, depth, low), np.where(under, high, depth)
+            below, above = (
+                np.where(under, value, 0.5 * below),
+                np.where(under, 0.5 * above, value),
+            )
         tau = np.where(rise.min(axis=0) >= 1.0 - STEEPEST, self(depth), np.nan)
         return Balanced(tau, self.slope_at(depth), flux(tau))
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import argparse
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from time import perf_counter
@@ -110,18 +110,18 @@ def wheel_options(folder: Path, scene: Scene, more: Mapping[str, Any]) -> dict[s
     return {"line": str(line), "scene": str(file), "stiffness": "68.25MPa/m"} | dict(more)
 
 
-def stops() -> Iterator[tuple[object, ...]]:
+def stops(of: Sequence[Stops], names: Sequence[str]) -> Iterator[tuple[object, ...]]:
     """Measured and computed friction of stops, at the peak and locked, by effect."""
-    met: dict[str, list[int]] = {name: [0, 0] for name in EFFECTS}
-    for one in STOPS:
+    met: dict[str, list[int]] = {name: [0, 0] for name in names}
+    for one in of:
         cells = []
-        for name, changes in EFFECTS.items():
-            peak, locked = stop(one, changes)
+        for name in names:
+            peak, locked = stop(one, EFFECTS[name])
             cells += [f"{peak:.3f}", f"{locked:.3f}"]
             for i, mu in enumerate((peak, locked)):
                 met[name][i] += one.middle / WITHIN <= mu <= one.middle * WITHIN
         yield (one.what, f"{one.celsius:g}", f"{one.middle:.3f}", *cells)
-    counts = [f"{count} of {len(STOPS)}" for pair in met.values() for count in pair]
+    counts = [f"{count} of {len(of)}" for pair in met.values() for count in pair]
     yield (f"within {WITHIN:g}", "", "", *counts)
 
 
@@ -163,6 +163,7 @@ def main() -> None:
     parser = options(__doc__)
     known = ("worth", "cost", "stops", "smooth")
     parser.add_argument("--questions", nargs="+", choices=known, default=list(known))
+    parser.add_argument("--quick", action="store_true", help="two stops and effects")
     given: argparse.Namespace = parser.parse_args()
     if "worth" in given.questions:
         table(["m/s", "°C", "rms, um", *(f"waves to {wave:g} um" for wave in WAVES)], list(worth()))
@@ -171,8 +172,9 @@ def main() -> None:
     if "smooth" in given.questions:
         table(["wheel, slick", "peak of mu", "at slip", "slope at 0"], list(smooth()))
     if "stops" in given.questions:
-        names = [f"{name}{end}" for name in EFFECTS for end in (", peak", ", locked")]
-        table(["tyres, test", "ice, °C", "measured mu", *names], list(stops()))
+        of, names = (STOPS[:2], [*EFFECTS][:2]) if given.quick else (STOPS, [*EFFECTS])
+        ends = [f"{name}{end}" for name in names for end in (", peak", ", locked")]
+        table(["tyres, test", "ice, °C", "measured mu", *ends], list(stops(of, names)))
 
 
 if __name__ == "__main__":
