@@ -24,6 +24,10 @@ def noted(*changes, case="thesis_1bar"):
 @pytest.mark.parametrize("case", sorted(path.stem for path in CASES.glob("*.toml")))
 def test_the_cases_have_no_notes(case):
     points = ["ice below a point passes in L / v = 5 ms; mu is that of the block"]
+    if case == "rough_ice":
+        (note,) = noted(case=case)
+        assert note.startswith("hysteresis adds to film.dry_stress")
+        return
     assert noted(case=case) == (points if case == "friction_drum" else [])
 
 

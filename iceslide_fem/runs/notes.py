@@ -44,7 +44,7 @@ def notes(scene: Scene) -> list[str]:
     """Notes without full stop; none if all keys have an effect and all values are usual."""
     table = scene.outside_table()
     found = _unused(scene) + _point(scene) + _wet_start(scene) + ([table] if table else [])
-    found += _relaxation(scene)
+    found += _relaxation(scene) + _rough(scene)
     return found + _outside_envelope(scene)
 
 
@@ -163,6 +163,17 @@ def _relaxation(scene: Scene) -> list[str]:
         else [f"the table of rubber.dma: {each}" for each in of_fit(measured)]
     )
     return fit + of_use(relaxation, scene.rubber_temperature)
+
+
+def _rough(scene: Scene) -> list[str]:
+    """Note on what may be counted twice on rough ice."""
+    if not scene.ice.roughness.is_rough or scene.film.dry_stress is None:
+        return []
+    return [
+        "hysteresis adds to film.dry_stress: a stress from measurements on rough ice, or on "
+        "another contact table, holds it already, and is to be fitted to mu - mu_h (iceslide "
+        "hysteresis)"
+    ]
 
 
 def _have(keys: list[str]) -> str:

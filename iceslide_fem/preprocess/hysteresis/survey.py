@@ -136,7 +136,7 @@ def warnings(case: HysteresisCase, found: Found) -> list[str]:
     table = case.read.contact_parameters
     if isinstance(table, ContactTable) and case.read.film.dry_stress is not None:
         said.append(
-            "film.dry_stress from measurements on rough ice holds hysteresis already: fit it to mu "
-            "- mu_h"
+            "a dry stress (film.dry_stress) from measurements on rough ice holds hysteresis "
+            "already: fit it to mu - mu_h"
         )
     return said
