@@ -17,6 +17,7 @@ from iceslide_fem.relaxation.shift import Shift
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import load_scene
+from iceslide_fem.scene.variation import with_values
 from iceslide_fem.surfaces.measured_spectrum import measured
 from iceslide_fem.surfaces.power_spectrum import PowerSpectrum, self_affine
 from iceslide_fem.surfaces.surface import Surface
@@ -243,6 +244,12 @@ def test_wrong_roughness_is_one_sentence(changes, words):
         load_scene(CASE, changes)
     assert all(word in str(fault.value) for word in words), fault.value
     assert "\n" not in str(fault.value)
+
+
+def test_figures_of_the_ice_may_vary(scene):
+    rough, smooth = (with_values(scene, {"ice.roughness.rms": rms}) for rms in (2e-6, 0.0))
+    assert hysteresis_of(rough).ice.rms == pytest.approx(2e-6) and hysteresis_of(smooth) is None
+    assert rough.ice.roughness.hurst == scene.ice.roughness.hurst
 
 
 def test_rubber_that_does_not_relax_has_no_hysteresis(tmp_path):

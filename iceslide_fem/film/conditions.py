@@ -139,7 +139,8 @@ def varied_conditions(scene: Scene, **varied: ArrayLike) -> Conditions:
     count = np.broadcast_shapes((1,), *map(np.shape, varied.values()))
     strength = shear_strength(scene, **{key: varied.pop(key) for key in DRY if key in varied})
     fixed: dict[str, Any] = scene_conditions(scene)._asdict()
-    del fixed["limit"], fixed["refreeze"], fixed["hysteresis"]
+    for component in ("limit", "refreeze", "hysteresis", "rough"):
+        del fixed[component]
     k, D, H_V, _ = scene.contact_parameters(varied.get("pressure", fixed["pressure"]))
     height = scene.height_on(varied.get("temperature", fixed["temperature"]))
     fixed |= {"k": k, "D": D, "H_V": H_V, "initial_height": height}

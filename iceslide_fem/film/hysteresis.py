@@ -28,6 +28,8 @@ if TYPE_CHECKING:  # takes long to import, and only rough ice needs it
 
 PRESSURES = 1e2, 1e9, 5  # Pa: ends of the table, and rows per decade
 PER_DECADE = 12  # of v a_T
+FEW = 4  # conditions that are cheaper without the table
+SLOWEST, NUDGE = 1e-9, 1e-5  # m/s; relative steps of differences
 BEYOND = 100.0  # v a_T of the table's ends, beyond the slowest and the fastest arm on any wave
 
 
@@ -80,6 +82,8 @@ class Hysteresis:
 
     def shear(self, pressure: Array, speed: Array, ice: ArrayLike) -> tuple[Array, Array, Array]:
         """p mu_h (Pa), along the slip, and its derivatives with pressure and speed, any shape."""
+        if np.size(pressure) <= FEW:
+            return self._exact(pressure, speed, ice)
         p, table = np.maximum(pressure, 0.0), self._table
         kelvin = np.asarray(ice if self.kelvin is None else self.kelvin, dtype=float)
         reduced = np.abs(speed) * self.shift(kelvin)
@@ -95,6 +99,22 @@ class Hysteresis:
         sign, size = np.sign(speed), np.maximum(np.abs(speed), np.finfo(float).tiny)
         rate = np.where(slower, of_table / low * self.shift(kelvin), mu * by_x / size)
         return sign * p * mu, sign * mu * (1.0 + by_y) * (p > 0.0), p * rate
+
+    def _exact(self, pressure: Array, speed: Array, ice: ArrayLike) -> tuple[Array, Array, Array]:
+        """The same by the theory, with derivatives by differences."""
+        kelvin = np.asarray(ice if self.kelvin is None else self.kelvin, dtype=float)
+        p, v, T = np.broadcast_arrays(np.maximum(pressure, 0.0), speed, kelvin)
+        shape, size = p.shape, np.maximum(np.abs(v), SLOWEST)
+        asked = np.maximum(p, PRESSURES[0]), size * self.shift(T)
+        at = np.stack([asked[1].ravel(), asked[1].ravel(), (1.0 + NUDGE) * asked[1].ravel()])
+        under = np.stack([asked[0].ravel(), (1.0 + NUDGE) * asked[0].ravel(), asked[0].ravel()])
+        mu = sliding(self.ice, self.rubber, at.ravel(), under.ravel(), self.gamma).mu
+        here, pressed, faster = mu.reshape(3, *shape)
+        # Slower than the slowest speed mu_h falls in proportion.
+        slow, sign = np.abs(v) / size, np.sign(v)
+        by_pressure = here + (pressed - here) / NUDGE * (p > PRESSURES[0])
+        rate = np.where(slow < 1.0, here, (faster - here) / NUDGE) / size
+        return sign * slow * p * here, sign * slow * by_pressure * (p > 0.0), p * rate
 
     @cached_property
     def _speeds(self) -> Array:

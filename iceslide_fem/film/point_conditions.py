@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from iceslide_fem.film.contact_age import ContactAge
 from iceslide_fem.film.first_films import films_of
-from iceslide_fem.film.hysteresis import Hysteresis
+from iceslide_fem.film.hysteresis import Hysteresis, Rough
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.film.limiting_shear import LimitingShear, ShearStrength, film_height
 from iceslide_fem.film.loads import FilmLoads, film_loads
@@ -55,7 +55,7 @@ class Conditions(NamedTuple):
     pressure (Pa), speed (m/s), temperature of the ice (K), k, D (m), H_V (m), initial_height
     (m), duration (s); viscosity of the water (Pa s); of the ice conductivity (W/(m K)), density
     (kg/m3), heat_capacity (J/(kg K)), melting_temperature (K), latent_heat (J/kg). limit: of the
-    shear, or None; hysteresis: on rough ice, or None.
+    shear, or None; hysteresis: on rough ice, or None; rough: what it gives here.
 
     ```python
     import numpy as np
@@ -86,6 +86,7 @@ class Conditions(NamedTuple):
     limit: LimitingShear | None = None
     refreeze: Refreeze = "nothing"
     hysteresis: Hysteresis | None = None
+    rough: Rough | None = None
 
     @classmethod
     def of(
@@ -125,23 +126,35 @@ class Conditions(NamedTuple):
                 "films that freeze begin with the height 0: water on cold ice freezes at once"
             )
         if strength is None:
-            return cls(**numbers, hysteresis=hysteresis)  # type: ignore[arg-type]
+            return cls(**numbers)._replace(hysteresis=hysteresis).on_rough_ice()  # type: ignore[arg-type]
         speed = numbers["speed"] if fastest is None else fastest
         freezes = refreeze != "nothing"
         limit = LimitingShear.of(strength, numbers["viscosity"], speed, freezes, rate)
-        return cls(**numbers, limit=limit, refreeze=refreeze, hysteresis=hysteresis)
+        components = {"limit": limit, "refreeze": refreeze, "hysteresis": hysteresis}
+        return cls(**numbers, **components).on_rough_ice()  # type: ignore[arg-type]
 
     @classmethod
     def together(cls, parts: Sequence[Conditions]) -> Conditions:
         """Conditions of the points of all `parts`, which have all a limit or none, freeze alike,
-        and slide on the same ice.
+        and slide on rough ice or not.
         """
         limits = [part.limit for part in parts if part.limit is not None]
         arrays = {name: np.concatenate([getattr(part, name) for part in parts]) for name in RANGES}
         sizes = [part.pressure.size for part in parts]
         limit = LimitingShear.together(limits, sizes) if limits else None
-        first = parts[0]
-        return cls(**arrays, limit=limit, refreeze=first.refreeze, hysteresis=first.hysteresis)
+        first, roughs = parts[0], [part.rough for part in parts if part.rough is not None]
+        rough = None
+        if roughs:
+            rough = Rough(*(np.concatenate(some) for some in zip(*roughs, strict=True)))
+        return cls(
+            **arrays, limit=limit, refreeze=first.refreeze, hysteresis=first.hysteresis, rough=rough
+        )
+
+    def on_rough_ice(self) -> Conditions:
+        """The conditions with hysteresis at their pressure and speed."""
+        if self.hysteresis is None:
+            return self
+        return self._replace(rough=self.hysteresis.at(self.pressure, self.speed, self.temperature))
 
     def in_water(self, water: Curve | None) -> Conditions:
         """The conditions with the viscosity of a table over temperature, that of the cold ice."""
@@ -154,9 +167,7 @@ class Conditions(NamedTuple):
     def loads(self, water: Curve | None = None) -> FilmLoads:
         """Constant film loads; with `water` the viscosity is that of the table at T_0."""
         variable_viscosity = None if water is None else VariableViscosity(water, self.viscosity)
-        contact, rough = (self.k, self.D, self.H_V), None
-        if self.hysteresis is not None:
-            rough = self.hysteresis.at(self.pressure, self.speed, self.temperature)
+        contact = self.k, self.D, self.H_V
         return film_loads(
             self.pressure,
             self.speed,
@@ -165,7 +176,7 @@ class Conditions(NamedTuple):
             variable_viscosity,
             self.limit,
             refreeze=self.refreeze,
-            rough=rough,
+            rough=self.rough,
         )
 
     @property
@@ -202,7 +213,7 @@ class Conditions(NamedTuple):
         """The conditions at `index`."""
         arrays = {name: getattr(self, name).take(index, mode="clip") for name in RANGES}
         limit = self.limit and self.limit.take(index)
-        return self._replace(**arrays, limit=limit)
+        return self._replace(**arrays, limit=limit, rough=self.rough and self.rough.take(index))
 
 
 class FilmStart(NamedTuple):
@@ -231,7 +242,8 @@ class Loading(NamedTuple):
         contact = self.contact if self.age is None else self.age.so_far(age)
         k, D, H_V, _ = contact(pressure)
         speed = here.speed if self.speed is None else self.speed(time)
-        return here._replace(pressure=pressure, speed=speed, k=k, D=D, H_V=H_V)
+        now = here._replace(pressure=pressure, speed=speed, k=k, D=D, H_V=H_V)
+        return now.on_rough_ice()
 
     def pressure_at(self, here: Conditions, time: Array) -> Array:
         """Pressure (Pa) at `time` (s, one per point)."""

@@ -134,8 +134,11 @@ def shared_by(scene: Scene) -> tuple[Any, ...] | None:
         heat = scene.rubber_temperature, ice.melting_temperature, *rubber.solid, *film
     below = None if ice.ground == BOTTOMLESS else ice.solid  # one solid for all on it
     rows = 0 if strength is None else len(strength.depth)
-    components = rows, scene.refreeze, hysteresis_of(scene), speed_law(scene)
-    return ice.motion, heat, below, *components, *simulation_settings(scene).values()
+    settings = simulation_settings(scene)
+    law = hysteresis_of(scene)
+    rough = law if settings["loading"] is not None else law is not None
+    components = rows, scene.refreeze, rough, speed_law(scene)
+    return ice.motion, heat, below, *components, *settings.values()
 
 
 def _fill(

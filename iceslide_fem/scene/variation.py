@@ -55,14 +55,23 @@ def number_at(scene: Scene, key: str) -> float | None:
 
 
 def with_values(scene: Scene, values: Mapping[str, float]) -> Scene:
-    """The scene with other numbers (SI) by dotted keys, of one table each.
+    """The scene with other numbers (SI) by dotted keys.
 
     They are not validated: the caller keeps them within the ranges of their keys. Thousands of
     scenes are made so.
     """
-    tables: dict[str, dict[str, float]] = {}
+    return _with(scene, values)
+
+
+def _with(table: Any, values: Mapping[str, float]) -> Any:
+    """The table with other numbers, by keys within it."""
+    update: dict[str, Any] = {}
+    inner: dict[str, dict[str, float]] = {}
     for key, value in values.items():
-        table, _, name = key.rpartition(".")
-        tables.setdefault(table, {})[name] = value
-    update = {name: getattr(scene, name).model_copy(update=new) for name, new in tables.items()}
-    return scene.model_copy(update=update)
+        name, _, rest = key.partition(".")
+        if rest:
+            inner.setdefault(name, {})[rest] = value
+        else:
+            update[name] = value
+    update |= {name: _with(getattr(table, name), new) for name, new in inner.items()}
+    return table.model_copy(update=update)

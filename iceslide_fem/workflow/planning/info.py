@@ -6,7 +6,9 @@ from math import sqrt
 
 import numpy as np
 
+from iceslide_fem.film.hysteresis import hysteresis_of
 from iceslide_fem.film.loads import squeeze_rate
+from iceslide_fem.film.rough_ice import sliding
 from iceslide_fem.film.shear_strength import shear_strength
 from iceslide_fem.film.strength_over_speed import shearing_height
 from iceslide_fem.laws.protocol import InterfaceLaw
@@ -113,11 +115,22 @@ def _film(scene: Scene, size: tuple[float, ...]) -> list[Row]:
         Row("film", "D", readable(D, "m"), "mean asperity diameter"),
         Row("film", "H_V", readable(H_V, "m"), "mean free height; saturated when squeezed full"),
         *_viscosity(scene),
+        *_hysteresis(scene, p, v),
         Row("film", "friction at t = 0", f"{tau / p:.3g}", friction),
         Row("film", "friction power at t = 0", readable(tau * v, "W/m^2"), power),
         *_times(h0, squeeze_rate(p, D, eta), k * eta * v**2 / scene.ice.solid.melting_enthalpy),
         *([] if strength is None else regime(scene, strength, v)),
     ]
+
+
+def _hysteresis(scene: Scene, pressure: float, speed: float) -> list[Row]:
+    """mu_h on rough ice under the pressure (Pa) at the speed (m/s)."""
+    law = hysteresis_of(scene)
+    if law is None:
+        return []
+    reduced = speed * law.shift(scene.rubber_temperature)
+    mu = float(sliding(law.ice, law.rubber, reduced, pressure, law.gamma).mu[0])
+    return [Row("film", "hysteresis", f"{mu:.3g}", "mu_h on rough ice, which adds to the film's")]
 
 
 def _times(height: float, squeezing: float, melting: float) -> list[Row]:
