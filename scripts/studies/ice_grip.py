@@ -144,8 +144,9 @@ def index(
             if one["ratio"] is None:
                 yield place["name"], name, "none", "", "", "", ""
                 continue
+            braked = one.get("deceleration_threshold")
             yield (
-                place["name"], name, f"{one['deceleration_threshold']:.4f}",
+                place["name"], name, "none" if braked is None else f"{braked:.4f}",
                 f"{one['deceleration_ideal']:.4f}", f"{one['ratio']:.4f}",
                 f"{one['ratio_numerical'] / one['ratio']:.2%}",
                 "" if inputs is None else f"{inputs / one['ratio']:.2%}",
@@ -208,7 +209,8 @@ def main() -> None:
         table(head, list(index("-4degC" if given.quick else "-12degC,-8degC,-4degC,-1degC", {})))
     if "wet" in given.questions:
         waters = "0um" if given.quick else "0um,20um,50um"
-        more: dict[str, object] = {"water": waters}
+        # Control by thresholds keeps a wheel on water at slips where there is no friction.
+        more: dict[str, object] = {"water": waters, "output": "deceleration_ideal"}
         with tempfile.TemporaryDirectory() as folder:
             files = patterns(Path(folder))
             found = list(index("-5degC" if given.quick else "-5degC,-2degC", more, files))

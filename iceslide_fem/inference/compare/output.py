@@ -89,6 +89,12 @@ def figures(case: CompareCase, found: Comparison) -> dict[str, Any]:
                 ] if found.values.failures else []  # fmt: skip
     rules: list[str] = []
     value = found.values.fine[case.quantity]
+    ideal = found.values.fine.get("deceleration_ideal", value)
+    if (np.isnan(value) & np.isfinite(ideal)).any():
+        warnings.append(
+            "by thresholds the car does not stop where the table says nothing; --output "
+            "deceleration_ideal compares wheels at their peak there"
+        )
     if case.quantity == "deceleration_threshold":
         reference = {
             here.name: float(value[0, place])

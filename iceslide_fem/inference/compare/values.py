@@ -184,7 +184,13 @@ def values_of_wheels(
     for (place, side), (outputs, _) in zip(sides, results[2 * count :], strict=True):
         value = outputs.get(of_slope, np.nan)
         slopes[side.number, place, inputs.keys.index(side.key)] += 0.5 * side.sign * np.log(value)
-    return Values(arrays[0], arrays[1], Slopes(inputs, slopes), why)
+    fine, coarse = arrays
+    for one, other in ((fine, coarse), (coarse, fine)):
+        for key in other:
+            one.setdefault(key, np.full(shape, np.nan))
+    if output not in fine:
+        raise SimulationStopped(f"nothing could be compared: {why[0]}")
+    return Values(fine, coarse, Slopes(inputs, slopes), why)
 
 
 def _in_parallel(jobs: Sequence[Job], tell: Tell) -> Iterator[tuple[dict[str, float], list[str]]]:

@@ -33,6 +33,7 @@ from iceslide_fem.preprocess.footprint.ride import Ahead, Ride
 from iceslide_fem.runtime.arrays import Array, Index, Mask
 from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.scene.contact_table import ConstantContact, ContactTable
+from iceslide_fem.scene.materials import Solid
 
 METHOD = INTEGRATORS["sdirk2"]
 # Relative to a pixel's time: the shortest step, and the rounding of the rest.
@@ -113,6 +114,16 @@ def works_of(step: Step) -> tuple[Array, Array, Array]:
     return step.friction_work, step.ice_heat, step.latent_heat
 
 
+def frozen_at_once(cold: Array, moment: Array, solid: Solid) -> Array:
+    """Height (m) of a film that ice `cold` (K below T_m) freezes in a `moment` (s), (n,).
+
+    2 e dT sqrt(t / pi) / (rho L), with the ice's effusivity e (H. S. Carslaw, J. C. Jaeger,
+    *Conduction of Heat in Solids*, 1959, section 2.4).
+    """
+    heat = 2.0 * solid.effusivity * np.maximum(cold, 0.0) * np.sqrt(moment / np.pi)
+    return np.asarray(heat / solid.melting_enthalpy)
+
+
 def touched(
     state: InterfaceState,
     loads: FilmLoads,
@@ -121,7 +132,7 @@ def touched(
     rubber: RubberHeat,
     close: float,
 ) -> Step:
-    """The first moment `dt` (s) of lines where water without a film meets cold ice, (n,).
+    """The first moment `dt` (s) of lines where water meets cold ice without a film, (n,).
 
     The flux into the ice is infinite at first, and a little water freezes at once. A method of
     several stages would freeze it more than once, so this step is one implicit stage.
@@ -211,9 +222,14 @@ def films_along(
                 work[arrives] = 0.0
             if ride.refreeze == "area":  # water meets cold ice
                 dt[meets], state.internal[MOLTEN, meets] = YOUNGEST * whole[meets], 0.0
-                bare = meets[(load.height(state.log_height) <= 0.0)[meets]]
-                if bare.size:
-                    moment = MOMENT * whole[bare]
+                film, moment = load.height(state.log_height)[meets], MOMENT * whole[meets]
+                cold = ride.solid.melting_temperature - ice.surface_temperature(state.ice)[meets]
+                thin = film <= frozen_at_once(cold, moment, ride.solid)
+                bare, moment = meets[thin], moment[thin]
+                if bare.size and load.limit is not None:
+                    # Its film freezes with the other water.
+                    state.squeezed_height[bare] += film[thin]
+                    state.log_height[bare] = load.limit.take(bare).log_height(0.0 * film[thin])
                     first = load if aged is None else aged.over(at, whole - left, dt)[0]
                     bodies = ice.take(bare), rubber.take(bare)
                     step = touched(state.take(bare), first.take(bare), moment, *bodies, close)
