@@ -67,7 +67,11 @@ def test_little_water_freezes_once(water):
 
 def test_a_control_that_finds_no_friction_leaves_the_others(tmp_path):
     """On 20 um of water thresholds hold a slip without friction; the peak has a ratio."""
-    texts = [f'{key} = "{value}"' for key, value in WHEEL.items() if key != "temperature"]
+    cells = "".join(f"{0.012 * (i + 0.5):.6g},2e5\n" for i in range(10))
+    (tmp_path / "line.csv").write_text("x_m,pressure_Pa\n" + cells, encoding="utf-8")
+    asked = {key: value for key, value in WHEEL.items() if key != "temperature"}
+    asked["line"] = str(tmp_path / "line.csv")
+    texts = [f'{key} = "{value}"' for key, value in asked.items()]
     wheel = "\n".join(["[wheel]", *texts])
     other = '[variations.stiff]\nstiffness = "70 MPa/m"\n'
     (tmp_path / "a.toml").write_text(wheel, encoding="utf-8")

@@ -33,7 +33,6 @@ from iceslide_fem.preprocess.footprint.ride import Ahead, Ride
 from iceslide_fem.runtime.arrays import Array, Index, Mask
 from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.scene.contact_table import ConstantContact, ContactTable
-from iceslide_fem.scene.materials import Solid
 
 METHOD = INTEGRATORS["sdirk2"]
 # Relative to a pixel's time: the shortest step, and the rounding of the rest.
@@ -112,16 +111,6 @@ class FilmMap(NamedTuple):
 def works_of(step: Step) -> tuple[Array, Array, Array]:
     """Friction work, heat into the ice and latent heat of a step, J/m2, (n,)."""
     return step.friction_work, step.ice_heat, step.latent_heat
-
-
-def frozen_at_once(cold: Array, moment: Array, solid: Solid) -> Array:
-    """Height (m) of a film that ice `cold` (K below T_m) freezes in a `moment` (s), (n,).
-
-    2 e dT sqrt(t / pi) / (rho L), with the ice's effusivity e (H. S. Carslaw, J. C. Jaeger,
-    *Conduction of Heat in Solids*, 1959, section 2.4).
-    """
-    heat = 2.0 * solid.effusivity * np.maximum(cold, 0.0) * np.sqrt(moment / np.pi)
-    return np.asarray(heat / solid.melting_enthalpy)
 
 
 def touched(
@@ -223,8 +212,8 @@ def films_along(
             if ride.refreeze == "area":  # water meets cold ice
                 dt[meets], state.internal[MOLTEN, meets] = YOUNGEST * whole[meets], 0.0
                 film, moment = load.height(state.log_height)[meets], MOMENT * whole[meets]
-                cold = ride.solid.melting_temperature - ice.surface_temperature(state.ice)[meets]
-                thin = film <= frozen_at_once(cold, moment, ride.solid)
+                heat = moment * ice.take(meets).response(state.ice[:, meets], moment).melted_flux
+                thin = film <= np.maximum(heat, 0.0) / ride.solid.melting_enthalpy
                 bare, moment = meets[thin], moment[thin]
                 if bare.size and load.limit is not None:
                     # Its film freezes with the other water.
