@@ -17,7 +17,7 @@ from iceslide_fem.scene import load_scene  # noqa: E402
 
 pytestmark = [pytest.mark.fe, pytest.mark.versions]
 CASES = Path(__file__).parent.parent / "cases"
-POINTS = ("friction_drum",)  # cases of a point alone
+POINTS = ("friction_drum", "rough_ice")  # cases of a point alone
 SCRIPTS = sorted(path.stem for path in CASES.glob("*.py") if path.stem not in POINTS)
 SMALL = ["load.duration=0.2ms", "numerics.tolerance=1e-2", "numerics.refinement=0.5"]
 SLICE = ["model=slice", *SMALL]
@@ -88,13 +88,24 @@ def test_a_case_in_two_dimensions(script, tmp_path, capsys):
     assert run.scene == scene.as_dict()
 
 
-@pytest.mark.parametrize("script", POINTS)
-def test_a_case_of_a_point(script, tmp_path, capsys):
-    changes = ["load.passes=3", "numerics.tolerance=1e-2"]
-    done = run_case(script, changes, tmp_path, capsys)
+def a_point(script, changes, out, printed):
+    """The run of a case of a point."""
+    done = run_case(script, changes, out, printed)
     assert done.returncode == 0, done.stderr
-    run = read_run(tmp_path)
+    run = read_run(out)
     assert run.scene == load_scene(CASES / f"{script}.toml", changes).as_dict()
+    return run
+
+
+def test_a_point_on_rough_ice(tmp_path, capsys):
+    run = a_point("rough_ice", ["numerics.tolerance=1e-2"], tmp_path, capsys)
+    assert 0.15 < run.summary["mu_end"] < run.summary["mu_mean"] < 0.35
+    assert (run.history["hysteresis_heat_J"][1:] > 0.0).all()
+
+
+def test_a_case_of_a_point(tmp_path, capsys):
+    changes = ["load.passes=3", "numerics.tolerance=1e-2"]
+    run = a_point("friction_drum", changes, tmp_path, capsys)
     assert run.summary["passes"] == run.passes["mu_mean"].size == 3
     assert 0.3 < run.passes["mu_mean"][-1] < run.passes["mu_mean"][0] < 0.34
     assert (tmp_path / "report.png").stat().st_size > 10_000
