@@ -139,6 +139,10 @@ def test_the_table_is_the_theory(scene):
     tau, by_pressure, by_speed = law.shear(pressure, speed, kelvin)
     exact = sliding(law.ice, law.rubber, speed * law.shift(kelvin), pressure).mu
     assert tau / pressure == pytest.approx(exact, rel=5e-4)
+    few = law.exact(pressure[:5], speed[:5], kelvin[:5])
+    assert few[0] == pytest.approx((exact * pressure)[:5], rel=1e-9)
+    for one, other in zip(few, (tau, by_pressure, by_speed), strict=True):
+        assert one == pytest.approx(other[:5], rel=0.02, abs=1e-3 * np.abs(one).max())
     for found, step, moved in (
         (by_pressure, 1e-5 * pressure, law.shear(1.00001 * pressure, speed, kelvin)[0]),
         (by_speed, 1e-5 * speed, law.shear(pressure, 1.00001 * speed, kelvin)[0]),

@@ -28,7 +28,6 @@ if TYPE_CHECKING:  # takes long to import, and only rough ice needs it
 
 PRESSURES = 1e2, 1e9, 5  # Pa: ends of the table, and rows per decade
 PER_DECADE = 12  # of v a_T
-FEW = 4  # conditions that are cheaper without the table
 SLOWEST, NUDGE = 1e-9, 1e-5  # m/s; relative steps of differences
 BEYOND = 100.0  # v a_T of the table's ends, beyond the slowest and the fastest arm on any wave
 
@@ -72,18 +71,19 @@ class Hysteresis:
     gamma: float
     kelvin: float | None = None
 
-    def at(self, pressure: Array, speed: Array, ice: ArrayLike) -> Rough:
+    def at(self, pressure: Array, speed: Array, ice: ArrayLike, exact: bool = False) -> Rough:
         """Under pressures (Pa, at most 0 without contact), at slip speeds (m/s), above ice of a
         temperature (K), (n,).
+
+        exact: by the theory instead of its table, which takes as long as some hundred conditions.
         """
-        tau, by_pressure, _ = self.shear(pressure, speed, ice)
+        shear = self.exact if exact else self.shear
+        tau, by_pressure, _ = shear(pressure, speed, ice)
         exponent = np.divide(by_pressure * pressure, tau, out=np.ones_like(tau), where=tau != 0.0)
         return Rough(tau, tau * speed, exponent)
 
     def shear(self, pressure: Array, speed: Array, ice: ArrayLike) -> tuple[Array, Array, Array]:
         """p mu_h (Pa), along the slip, and its derivatives with pressure and speed, any shape."""
-        if np.size(pressure) <= FEW:
-            return self._exact(pressure, speed, ice)
         p, table = np.maximum(pressure, 0.0), self._table
         kelvin = np.asarray(ice if self.kelvin is None else self.kelvin, dtype=float)
         reduced = np.abs(speed) * self.shift(kelvin)
@@ -100,7 +100,7 @@ class Hysteresis:
         rate = np.where(slower, of_table / low * self.shift(kelvin), mu * by_x / size)
         return sign * p * mu, sign * mu * (1.0 + by_y) * (p > 0.0), p * rate
 
-    def _exact(self, pressure: Array, speed: Array, ice: ArrayLike) -> tuple[Array, Array, Array]:
+    def exact(self, pressure: Array, speed: Array, ice: ArrayLike) -> tuple[Array, Array, Array]:
         """The same by the theory, with derivatives by differences."""
         kelvin = np.asarray(ice if self.kelvin is None else self.kelvin, dtype=float)
         p, v, T = np.broadcast_arrays(np.maximum(pressure, 0.0), speed, kelvin)

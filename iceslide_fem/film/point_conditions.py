@@ -45,6 +45,7 @@ RANGES = {
     "melting_temperature": (193.15, 373.15, "K"),
     "latent_heat": (1.0, 1e8, "J/kg"),
 }
+FEW = 4  # points for which a table of hysteresis is not made
 FROM_NOTHING = 0.0, 1e-5, "m"  # range for films that begin without water
 DEFAULTS: dict[str, ArrayLike] = {"viscosity": WATER_VISCOSITY, **ICE._asdict()}
 
@@ -154,7 +155,8 @@ class Conditions(NamedTuple):
         """The conditions with hysteresis at their pressure and speed."""
         if self.hysteresis is None:
             return self
-        return self._replace(rough=self.hysteresis.at(self.pressure, self.speed, self.temperature))
+        here = self.pressure, self.speed, self.temperature
+        return self._replace(rough=self.hysteresis.at(*here, exact=self.pressure.size <= FEW))
 
     def in_water(self, water: Curve | None) -> Conditions:
         """The conditions with the viscosity of a table over temperature, that of the cold ice."""
