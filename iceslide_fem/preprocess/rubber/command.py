@@ -20,8 +20,8 @@ from iceslide_fem.runtime.units import ZERO_CELSIUS, celsius
 FRAGMENT = "rubber.toml"
 LEFT_OUT = (
     "Moduli are those of one small amplitude: no Payne effect, no softening by earlier strains. "
-    "Volume changes are elastic, moduli are not shifted vertically, and hysteresis on rough ice is "
-    "left out (docs/explanation/relaxation.md)."
+    "Volume changes are elastic, and moduli are not shifted vertically "
+    "(docs/explanation/relaxation.md)."
 )
 
 
