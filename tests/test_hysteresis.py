@@ -256,6 +256,16 @@ def test_figures_of_the_ice_may_vary(scene):
     assert rough.ice.roughness.hurst == scene.ice.roughness.hurst
 
 
+def test_a_sweep_over_the_ice_says_nothing_of_missing_friction(tmp_path, capsys):
+    """It has dry friction, which holds where nothing melts."""
+    out = tmp_path / "out"
+    vary = "--vary", "ice.roughness.rms=0um,3um"
+    assert exit_code("sweep", CASE, *vary, "--no-report", "--out", out) == 0
+    assert "no dry friction" not in "".join(capsys.readouterr())
+    smooth, rough = (float(row["mu_mean"]) for row in rows_of(out / "sweep.csv"))
+    assert rough - smooth == pytest.approx(0.0405, rel=0.02)
+
+
 def test_rubber_that_does_not_relax_has_no_hysteresis(tmp_path):
     text = CASE.read_text()
     start, end = text.index("modulus_is"), text.index("length = ")

@@ -113,7 +113,10 @@ def _run_sweep(
     onsets = [
         outcomes[case.name].summary["melt_onset_s"]
         for case in plan.cases
-        if case.scene.friction.law == "film" and outcomes[case.name].status == DONE
+        if case.scene.friction.law == "film"
+        and outcomes[case.name].status == DONE
+        and case.scene.film.dry_stress is None
+        and not case.scene.ice.is_wet
     ]
     if cold := onsets.count(None):
         say(f"Note: in {cold} of {len(onsets)} cases the ice does not melt: {WITHOUT_MELTING}.")
