@@ -32,7 +32,7 @@ from iceslide_fem.runtime.arrays import Array, Index, Mask
 SETTLED, MOST_PASSES = 1e-11, 80  # tolerance of ln W; iterations
 LEAST_SLOPE = 0.2  # least slope of the residual of ln W for a secant step
 DRIEST = 1e-30  # m, lower bound of water that does not freeze completely
-JUMP = 1e-3  # K, of a surface that water meets
+JUMP = 0.1  # K, of a surface that water meets
 MUCH = 1e-3  # of H_V: more water does not freeze completely in a stage beside a viscous film
 GONE = 1e-12  # of H_V: less water counts as none
 

@@ -121,7 +121,7 @@ def touched(
     rubber: RubberHeat,
     close: float,
 ) -> Step:
-    """The first moment `dt` (s) of lines where water meets cold ice without a film, (n,).
+    """The first moment `dt` (s) of lines where water meets cold ice, (n,).
 
     The flux into the ice is infinite at first, and a little water freezes at once. A method of
     several stages would freeze it more than once, so this step is one implicit stage.
@@ -214,19 +214,21 @@ def films_along(
                 film, moment = load.height(state.log_height)[meets], MOMENT * whole[meets]
                 heat = moment * ice.take(meets).response(state.ice[:, meets], moment).melted_flux
                 thin = film <= np.maximum(heat, 0.0) / ride.solid.melting_enthalpy
-                bare, moment = meets[thin], moment[thin]
-                if bare.size and load.limit is not None:
-                    # Its film freezes with the other water.
+                if meets.size and load.limit is not None:
+                    # A thin film freezes with the other water.
+                    bare, nothing = meets[thin], 0.0 * film[thin]
                     state.squeezed_height[bare] += film[thin]
-                    state.log_height[bare] = load.limit.take(bare).log_height(0.0 * film[thin])
+                    state.log_height[bare] = load.limit.take(bare).log_height(nothing)
                     first = load if aged is None else aged.over(at, whole - left, dt)[0]
-                    bodies = ice.take(bare), rubber.take(bare)
-                    step = touched(state.take(bare), first.take(bare), moment, *bodies, close)
-                    for part, wetted in zip(state, step.state, strict=True):
-                        part[..., bare] = wetted
-                    left[bare] -= moment
+                    bodies = ice.take(meets), rubber.take(meets)
+                    step = touched(state.take(meets), first.take(meets), moment, *bodies, close)
+                    found = np.flatnonzero(np.isfinite(step.state.log_height))
+                    wetted = meets[found]
+                    for part, first_part in zip(state, step.state.take(found), strict=True):
+                        part[..., wetted] = first_part
+                    left[wetted] -= moment[found]
                     for work, more in zip(works, works_of(step), strict=True):
-                        work[bare] += more
+                        work[wetted] += more[found]
         trial = left / np.ceil(left / dt - SLACK)
         begin, end = (load, load) if aged is None else aged.over(at, whole - left, trial)
         step, good, dt = control.trial(state, begin, end, trial, ice, scale, rubber, rate)
