@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from iceslide_fem.film.rough_ice import Moduli, sliding
+from iceslide_fem.film.rough_ice import Moduli, Sliding, sliding
 from iceslide_fem.relaxation.prony import Relaxation
 from iceslide_fem.relaxation.shift import AnyShift
 from iceslide_fem.runtime.arrays import Array, Index
@@ -71,6 +71,10 @@ class Hysteresis:
     gamma: float
     kelvin: float | None = None
 
+    def along(self, reduced_speed: ArrayLike, pressure: ArrayLike) -> Sliding:
+        """Contact and hysteresis along the waves at v a_T (m/s) and pressures (Pa)."""
+        return sliding(self.ice, self.rubber, reduced_speed, pressure, self.gamma)
+
     def at(self, pressure: Array, speed: Array, ice: ArrayLike, exact: bool = False) -> Rough:
         """Under pressures (Pa, at most 0 without contact), at slip speeds (m/s), above ice of a
         temperature (K), (n,).
@@ -108,7 +112,7 @@ class Hysteresis:
         asked = np.maximum(p, PRESSURES[0]), size * self.shift(T)
         at = np.stack([asked[1].ravel(), asked[1].ravel(), (1.0 + NUDGE) * asked[1].ravel()])
         under = np.stack([asked[0].ravel(), (1.0 + NUDGE) * asked[0].ravel(), asked[0].ravel()])
-        mu = sliding(self.ice, self.rubber, at.ravel(), under.ravel(), self.gamma).mu
+        mu = self.along(at.ravel(), under.ravel()).mu
         here, pressed, faster = mu.reshape(3, *shape)
         # Slower than the slowest speed mu_h falls in proportion.
         slow, sign = np.abs(v) / size, np.sign(v)
@@ -131,10 +135,7 @@ class Hysteresis:
 
         first, last, rows = PRESSURES
         pressures = np.geomspace(first, last, 1 + round(rows * np.log10(last / first)))
-        mu = [
-            sliding(self.ice, self.rubber, speed, pressures, self.gamma).mu
-            for speed in self._speeds
-        ]
+        mu = [self.along(speed, pressures).mu for speed in self._speeds]
         return RectBivariateSpline(np.log(self._speeds), np.log(pressures), np.log(mu), s=0)
 
 

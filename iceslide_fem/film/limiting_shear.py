@@ -21,13 +21,11 @@ from typing import NamedTuple
 import numpy as np
 
 from iceslide_fem.film.law import FilmHistory, FilmStage
-from iceslide_fem.film.shear_strength import ShearStrength
+from iceslide_fem.film.shear_strength import SLOWEST, ShearStrength
 from iceslide_fem.film.strength_over_speed import Balanced, RatedStrength, SpeedLaw, at_speed
 from iceslide_fem.runtime.arrays import Array, Index, Mask
 
 SHEAR_STRENGTH = "shear_strength_Pa"  # column of tau_b in tables
-# Slip speed (m/s) below which dry shear falls linearly to 0.
-SLOWEST = 1e-6
 # Upper bound of s (m): a water film hardly starts thinner.
 MOST_ADDED = 70e-9
 # Lower bound of s (m) where films freeze: films of three molecules or less need not be resolved.

@@ -14,6 +14,8 @@ from numpy.typing import ArrayLike
 from iceslide_fem.runtime.arrays import Array, Index
 from iceslide_fem.scene import Scene
 
+# Slip speed (m/s) below which dry shear falls linearly to 0, at the strength of this speed.
+SLOWEST = 1e-6
 DRY = ("dry_stress", "dry_softening", "dry_residual")
 
 

@@ -21,12 +21,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from iceslide_fem.film.shear_strength import ShearStrength, shear_strength
+from iceslide_fem.film.shear_strength import SLOWEST, ShearStrength, shear_strength
 from iceslide_fem.relaxation.shift import AnyShift, NoShift
-from iceslide_fem.runtime.arrays import Array, Index
+from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene import Scene
 
-SLOWEST = 1e-6  # m/s, slower slip has this speed's strength
 SAMPLES = 33  # temperatures between which the balance is searched
 STEEPEST = 0.5**0.5  # largest R dq/dT of a step, of (2)
 CLOSE, MOST_ITERATIONS = 1e-7, 60  # K
@@ -114,10 +113,6 @@ class RatedStrength(NamedTuple):
     def slope_at(self, depth: Array) -> Array:
         """d tau_b / d u (Pa/K) at u (K), (n,)."""
         return np.asarray((self(depth + NUDGE) - self(depth)) / NUDGE)
-
-    def take(self, index: Index) -> RatedStrength:
-        """The same at the points of `index`."""
-        return self._replace(cold=self.cold.take(index), speed=self.speed.take(index, mode="clip"))
 
     def balanced(
         self, undercooling: Array, resistance: Array, power: Array, height: Array, drag: Array

@@ -21,13 +21,12 @@ from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.film.law import log_shearing
 from iceslide_fem.film.limiting_shear import (
     SHEAR_STRENGTH,
-    SLOWEST,
     LimitingShear,
     film_height,
 )
 from iceslide_fem.film.loads import MOLTEN, FilmLoads, film_loads, viscosity_row
 from iceslide_fem.film.phase import Refreeze
-from iceslide_fem.film.shear_strength import shear_strength
+from iceslide_fem.film.shear_strength import SLOWEST, shear_strength
 from iceslide_fem.film.strength_over_speed import shearing_height, speed_law
 from iceslide_fem.film.viscosity import FILM_VISCOSITY, VariableViscosity
 from iceslide_fem.film.voids import Voids, WetVoids, lugs_of
@@ -167,17 +166,23 @@ class FilmLaw:
         """k, D, H_V over pressure at this history."""
         return self.contact if self.age is None else self.age.so_far(age)
 
+    def _carried(self, pressure: Array, age: Array) -> Carried | None:
+        """Load-bearing voids under local `pressure` (Pa), None if voids do not carry."""
+        if self.wet is None:
+            return None
+        ramp, _ = self.ramp(pressure)
+        softness: Array | float = 1.0
+        if self.age is not None:
+            softness = self.age.so_far(age).softness(self.read_at(pressure))
+        data = self.wet.voids, pressure, ramp, self.viscosity, softness, self.first.height
+        return Carried(*data, flows=self.flows)
+
     def loads(self, pressure: Array, speed: Array, age: Array = YOUNG) -> FilmLoads:
         """Loads of the film at local `pressure` (Pa), `speed` (m/s) and history of the contact."""
         p, contact = self.read_at(pressure), self.of_contact(age)
         k, D, H_V, _ = contact(p)
         ramp, _ = self.ramp(pressure)
-        carried = None
-        if self.wet is not None:
-            softness = 1.0 if self.age is None else self.age.so_far(age).softness(p)
-            first = self.first.height
-            data = self.wet.voids, pressure, ramp, self.viscosity, softness, first
-            carried = Carried(*data, flows=self.flows)
+        carried = self._carried(pressure, age)
         p, k = np.where(pressure > 0.0, p, 0.0), ramp * k
         components = self.water, self.limit, carried, self.refreeze
         room = np.maximum(self.flows * H_V, NOTHING) if self.flows != 1.0 else H_V
@@ -362,7 +367,7 @@ class FilmLaw:
 
     def contact_pressure(self, pressure: Array, water: Array, age: Array) -> Array:
         """p_c (Pa) that asperities bear under `pressure` (Pa) with `water` (m), (n,)."""
-        carried = self.loads(pressure, np.ones_like(pressure), age).carried
+        carried = self._carried(pressure, age)
         return pressure if carried is None else carried.contact_pressure(water)
 
     def outside(self, pressure: Array) -> Mask:

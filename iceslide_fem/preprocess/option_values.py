@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
 from pydantic import BeforeValidator, ConfigDict, ValidationError
 from pydantic_core import PydanticCustomError
 
@@ -63,6 +64,17 @@ class Several(NamedTuple):
             return found
         first, last = found
         return tuple(self.spaced(first, last, count))
+
+
+def in_equal_ratios(first: float, last: float, count: int) -> list[float]:
+    """Values from the first to the last one, of six digits."""
+    return [float(f"{value:.6g}") for value in np.geomspace(first, last, count)]
+
+
+def in_equal_steps(first: float, last: float, count: int) -> list[float]:
+    """Values from the first to the last one, without the noise of their last digits."""
+    steps: list[float] = np.linspace(first, last, count).round(12).tolist()
+    return steps
 
 
 def read_wlf(value: Any) -> Any:

@@ -44,7 +44,7 @@ def notes(scene: Scene) -> list[str]:
     """Notes without full stop; none if all keys have an effect and all values are usual."""
     table = scene.outside_table()
     found = _unused(scene) + _point(scene) + _wet_start(scene) + ([table] if table else [])
-    found += _relaxation(scene) + _rough(scene)
+    found += _relaxation(scene) + counted_twice(scene)
     return found + _outside_envelope(scene)
 
 
@@ -165,7 +165,7 @@ def _relaxation(scene: Scene) -> list[str]:
     return fit + of_use(relaxation, scene.rubber_temperature)
 
 
-def _rough(scene: Scene) -> list[str]:
+def counted_twice(scene: Scene) -> list[str]:
     """Note on what may be counted twice on rough ice."""
     if not scene.ice.roughness.is_rough or scene.film.dry_stress is None:
         return []

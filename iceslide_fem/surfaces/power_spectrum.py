@@ -62,17 +62,9 @@ class PowerSpectrum:
         return np.asarray(C[:-1] * q[:-1] ** (power + 1) * ratio * mean)
 
     def between(self, longest: float, shortest: float) -> PowerSpectrum:
-        """The spectrum without waves longer or shorter than these (m)."""
+        """The spectrum from a longest to a shortest wave (m); beyond its ends as they go on."""
         low, high = 2.0 * np.pi / longest, 2.0 * np.pi / shortest
-        inside = [q for q in self.q if low < q < high]
-        ends = max(low, self.q[0]), min(high, self.q[-1])
-        q = np.unique([*ends, *inside])
-        return PowerSpectrum(tuple(q), tuple(self(q)))
-
-    def continued(self, shortest: float) -> PowerSpectrum:
-        """The spectrum down to another shortest wave (m), as its last power law goes on."""
-        high = 2.0 * np.pi / shortest
-        q = [*(q for q in self.q if q < high), high]
+        q = [low, *(q for q in self.q if low < q < high), high]
         return PowerSpectrum(tuple(q), tuple(self(q)))
 
     def scaled(self, rms: float) -> PowerSpectrum:

@@ -13,6 +13,7 @@ import numpy as np
 from iceslide_fem.inference.compare.candidates import Candidate
 from iceslide_fem.inference.compare.inputs import Inputs, Slopes
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
+from iceslide_fem.preprocess.wheel.braking import CONTROLS
 from iceslide_fem.preprocess.wheel.case import WheelCase
 from iceslide_fem.preprocess.wheel.peak import peak_and_locked
 from iceslide_fem.preprocess.wheel.stops import deceleration_on, table_of_stop
@@ -29,7 +30,6 @@ from iceslide_fem.workflow.sweep.table import DONE
 
 LOOSER = 2.0  # tolerance of the coarser computation over that of the other
 COARSER = 1.4  # cells of a slice or block, over the others
-CONTROLS = ("threshold", "ideal", "locked")
 ARRAYS = dict[str, Array]
 Grid = Sequence[Sequence[Candidate]]
 Tell = Callable[[float, str], None]

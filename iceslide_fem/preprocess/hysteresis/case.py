@@ -9,7 +9,7 @@ from typing import Annotated, Any, Self
 import numpy as np
 from pydantic import BeforeValidator, ConfigDict, model_validator
 
-from iceslide_fem.preprocess.option_values import Several, pairs
+from iceslide_fem.preprocess.option_values import Several, in_equal_ratios, in_equal_steps, pairs
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import Scene, load_scene
 from iceslide_fem.scene.command_options import CommandOptions, option, option_names
@@ -19,21 +19,18 @@ from iceslide_fem.scene.units import Quantity
 MOST = 200  # values of an option
 
 
-def _ratios(first: float, last: float, count: int) -> list[float]:
-    return [float(f"{value:.6g}") for value in np.geomspace(first, last, count)]
-
-
-def _steps(first: float, last: float, count: int) -> list[float]:
-    return [float(f"{value:.8g}") for value in np.linspace(first, last, count)]
-
-
 SPEEDS = "1mm/s:10m/s:25"
-SPEED = Several("--speed", Quantity("m/s", "1e-6 m/s", "100 m/s"), SPEEDS, 1, MOST, _ratios)
+SPEED = Several("--speed", Quantity("m/s", "1e-6 m/s", "100 m/s"), SPEEDS, 1, MOST, in_equal_ratios)
 TEMPERATURE = Several(
-    "--temperature", Quantity("K", "-80 degC", "80 degC"), "-30degC:0degC:7", 1, MOST, _steps
+    "--temperature",
+    Quantity("K", "-80 degC", "80 degC"),
+    "-30degC:0degC:7",
+    1,
+    MOST,
+    in_equal_steps,
 )
 PRESSURE = Several(
-    "--pressure", Quantity("Pa", "0.01 bar", "100 bar"), "0.5bar:5bar:5", 1, MOST, _ratios
+    "--pressure", Quantity("Pa", "0.01 bar", "100 bar"), "0.5bar:5bar:5", 1, MOST, in_equal_ratios
 )
 Values = tuple[float, ...]
 

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from iceslide_fem.film.hysteresis import Hysteresis, hysteresis_of
-from iceslide_fem.film.rough_ice import Sliding, sliding
+from iceslide_fem.film.rough_ice import Sliding
 from iceslide_fem.preprocess.hysteresis.case import HysteresisCase
+from iceslide_fem.runs.notes import counted_twice
 from iceslide_fem.runtime.arrays import Array
-from iceslide_fem.scene.contact_table import ContactTable
 
 CUT_OFFS = 0.1, 0.32, 1.0, 3.2, 10.0  # shortest waves over that of the scene
+CHUNK = 500  # conditions at a time: more only take memory
 TOO_MANY = 2.0  # ratio of mu_h for half and twice the shortest wave that gives a warning
 
 
@@ -47,11 +49,13 @@ def survey(case: HysteresisCase) -> Found:
     conditions = case.conditions
     speed, kelvin, pressure = conditions.T
     reduced = speed * law.shift(kelvin)
-    mu, fraction = np.empty(speed.size), np.empty(speed.size)
-    own = along(law, reduced[:1], pressure[:1])
-    for i in range(speed.size):
-        at = along(law, reduced[i : i + 1], pressure[i : i + 1])
-        mu[i], fraction[i] = at.mu[0], at.contact_fraction[0]
+    own = law.along(reduced[0], pressure[0])
+    mu, fraction = [own.mu], [own.contact_fraction]
+    for first in range(1, speed.size, CHUNK):
+        some = slice(first, first + CHUNK)
+        at = law.along(reduced[some], pressure[some])
+        mu.append(at.mu)
+        fraction.append(at.contact_fraction)
     contact = scene.contact_parameters
     k = np.broadcast_to(contact(pressure).k, pressure.shape)
     cuts = []
@@ -60,15 +64,10 @@ def survey(case: HysteresisCase) -> Found:
         if wave > 0.5 * law.ice.longest:
             continue
         # The waves of a map end at its pixels, and go on as their last power law.
-        ice = law.ice.continued(wave)
-        at = sliding(ice, law.rubber, reduced[:1], pressure[:1], law.gamma)
-        cuts.append(CutOff(wave, float(at.mu[0]), float(at.contact_fraction[0])))
-    return Found(law, conditions, mu, fraction, k, own, cuts)
-
-
-def along(law: Hysteresis, reduced: Array, pressure: Array) -> Sliding:
-    """Contact and hysteresis along the waves at v a_T (m/s) and pressures (Pa), (n,)."""
-    return sliding(law.ice, law.rubber, reduced, pressure, law.gamma)
+        other = replace(law, ice=law.ice.between(law.ice.longest, wave))
+        at_wave = other.along(reduced[0], pressure[0])
+        cuts.append(CutOff(wave, float(at_wave.mu[0]), float(at_wave.contact_fraction[0])))
+    return Found(law, conditions, np.concatenate(mu), np.concatenate(fraction), k, own, cuts)
 
 
 def columns(found: Found) -> dict[str, Array]:
@@ -133,10 +132,4 @@ def warnings(case: HysteresisCase, found: Found) -> list[str]:
                 f"{1e6 * near[-1].shortest:.3g} to {1e6 * near[0].shortest:.3g} um: the cut-off "
                 "decides it"
             )
-    table = case.read.contact_parameters
-    if isinstance(table, ContactTable) and case.read.film.dry_stress is not None:
-        said.append(
-            "a dry stress (film.dry_stress) from measurements on rough ice holds hysteresis "
-            "already: fit it to mu - mu_h"
-        )
-    return said
+    return said + counted_twice(case.read)

@@ -12,6 +12,7 @@ from pydantic import BeforeValidator, ConfigDict, Field, model_validator
 from iceslide_fem.preprocess.option_values import (
     TEMPERATURE,
     Several,
+    in_equal_ratios,
     read_prony,
     read_wlf,
     rubber_in,
@@ -51,13 +52,9 @@ def _unit(value: Any) -> Any:
         ) from None
 
 
-def _in_equal_ratios(first: float, last: float, count: int) -> list[float]:
-    return [float(f"{p:.6g}") for p in np.geomspace(first, last, count)]
-
-
 PRESSURES = "0.2bar:20bar:12"
 _several = Several(
-    "--pressures", Quantity("Pa", "0.001 bar", "100 bar"), PRESSURES, 2, 200, _in_equal_ratios
+    "--pressures", Quantity("Pa", "0.001 bar", "100 bar"), PRESSURES, 2, 200, in_equal_ratios
 )
 
 

@@ -84,6 +84,7 @@ class Stop:
         )
 
 
+CONTROLS = ("locked", "threshold", "ideal")
 WEAKEST, PATIENCE = 0.05, 10.0  # m/s2, s: least mean deceleration of a stop after that time
 PICTURED = 0.05  # s, largest time between two rows of a history
 V, OMEGA, X, TORQUE, CONTACT, BRAKE = range(6)  # indices of the state; the last two are works, J
@@ -199,11 +200,25 @@ def compare_controls(
     A too weak brake does not lock the wheel. Tolerance and what is raised are as of `brake`.
     """
     car, brakes, threshold = car or QuarterCar(), brakes or Brake(), threshold or Threshold()
-    return {
-        "locked": brake(table, speed, end_speed, car, brakes, tolerance=tolerance),
-        "threshold": brake(table, speed, end_speed, car, brakes, threshold, tolerance),
-        "ideal": brake_ideally(table, speed, end_speed, car, tolerance),
-    }
+    rest = table, speed, end_speed, car, brakes, threshold, tolerance
+    return {control: brake_by(control, *rest) for control in CONTROLS}
+
+
+def brake_by(
+    control: str,
+    table: SlipTable,
+    speed: float,
+    end_speed: float,
+    car: QuarterCar,
+    brakes: Brake,
+    threshold: Threshold,
+    tolerance: float,
+) -> Stop:
+    """The stop by one of `CONTROLS`. Arguments and what is raised are as of `brake`."""
+    if control == "ideal":
+        return brake_ideally(table, speed, end_speed, car, tolerance)
+    held = threshold if control == "threshold" else None
+    return brake(table, speed, end_speed, car, brakes, held, tolerance)
 
 
 def starts(first: Stop, count: int, highest: float) -> Array:

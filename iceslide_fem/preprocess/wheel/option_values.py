@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal, NamedTuple
 
-import numpy as np
 from pydantic import BeforeValidator
 
-from iceslide_fem.preprocess.option_values import Several
+from iceslide_fem.preprocess.option_values import Several, in_equal_steps
 from iceslide_fem.runtime.units import to_si
 from iceslide_fem.scene.units import Quantity
 
@@ -36,13 +35,8 @@ class Stiffness(NamedTuple):
         return f"{self.value:.10g}{self.unit}"
 
 
-def _in_equal_steps(first: float, last: float, count: int) -> list[float]:
-    steps: list[float] = np.linspace(first, last, count).round(12).tolist()
-    return steps
-
-
 _several = Several(
-    "--slip", Quantity("", "-1", "1"), "0:1:21 or 0.05,0.1,1", 1, 1001, _in_equal_steps
+    "--slip", Quantity("", "-1", "1"), "0:1:21 or 0.05,0.1,1", 1, 1001, in_equal_steps
 )
 
 

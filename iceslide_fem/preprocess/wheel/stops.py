@@ -12,7 +12,7 @@ from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.wheel.braking import (
     Stop,
     brake,
-    brake_ideally,
+    brake_by,
     compare_controls,
     starts,
 )
@@ -83,14 +83,9 @@ def deceleration_on(case: WheelCase, table: SlipTable, load: float, control: str
 
     Raises as `stops_on`.
     """
-    car, ends = case.car(load), (case.speed, case.end_speed)
-    if control == "ideal":
-        stops = [brake_ideally(table, *ends, car, TOLERANCE)]
-    elif control == "locked":
-        stops = [brake(table, *ends, car, case.brakes, tolerance=TOLERANCE)]
-    else:
-        first = brake(table, *ends, car, case.brakes, case.control, TOLERANCE)
-        stops = phases(case, table, load, first)
+    ends, car = (case.speed, case.end_speed), case.car(load)
+    first = brake_by(control, table, *ends, car, case.brakes, case.control, TOLERANCE)
+    stops = phases(case, table, load, first) if control == "threshold" else [first]
     measured = case.measured_from(case.speed)
     return float(np.mean([stop.between(*measured) for stop in stops]))
 

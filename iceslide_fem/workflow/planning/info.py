@@ -8,7 +8,6 @@ import numpy as np
 
 from iceslide_fem.film.hysteresis import hysteresis_of
 from iceslide_fem.film.loads import squeeze_rate
-from iceslide_fem.film.rough_ice import sliding
 from iceslide_fem.film.shear_strength import shear_strength
 from iceslide_fem.film.strength_over_speed import shearing_height
 from iceslide_fem.laws.protocol import InterfaceLaw
@@ -128,8 +127,7 @@ def _hysteresis(scene: Scene, pressure: float, speed: float) -> list[Row]:
     law = hysteresis_of(scene)
     if law is None:
         return []
-    reduced = speed * law.shift(scene.rubber_temperature)
-    mu = float(sliding(law.ice, law.rubber, reduced, pressure, law.gamma).mu[0])
+    mu = float(law.along(speed * law.shift(scene.rubber_temperature), pressure).mu[0])
     return [Row("film", "hysteresis", f"{mu:.3g}", "mu_h on rough ice, which adds to the film's")]
 
 
