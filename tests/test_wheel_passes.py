@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from program import exit_code
 
-from iceslide_fem.preprocess.footprint.film_map import film_map, one_pass, start_after
+from iceslide_fem.preprocess.footprint.film_map import Lines, film_map, one_pass, start_after
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.ride import Ride
 from iceslide_fem.preprocess.wheel.brush import Rolling
@@ -69,11 +69,12 @@ def test_a_uniform_line_is_a_point_of_as_many_passes(film, ice, margin):
     given, passes = scene(film, ice), []
     point_history(given, passes.append)
     ride, footprint = ride_of(given), strip(margin=margin)
+    below = Lines(footprint.pressure, np.full(len(footprint.pressure), footprint.dx / ride.speed))
     start = None
     for due in passes:
-        found = one_pass(footprint, ride, given.contact_parameters, 1e-3, start=start)
+        found = one_pass(below, ride, given.contact_parameters, 1e-3, start=start)
         assert found.films.mean_friction(footprint) == pytest.approx(due.mu_mean, rel=3e-3)
-        start = start_after(found, footprint, ride, 1e-3)
+        start = start_after(found, below, ride, 1e-3)
     last = film_map(footprint, ride, given.contact_parameters, 1e-3)
     np.testing.assert_array_equal(last.shear, found.films.shear)
     assert passes[-1].mu_mean != pytest.approx(passes[0].mu_mean, rel=0.02)

@@ -33,7 +33,6 @@ SETTLED, MOST_PASSES = 1e-11, 80  # tolerance of ln W; iterations
 LEAST_SLOPE = 0.2  # least slope of the residual of ln W for a secant step
 DRIEST = 1e-30  # m, lower bound of water that does not freeze completely
 JUMP = 0.1  # K, of a surface that water meets
-MUCH = 1e-3  # of H_V: more water does not freeze completely in a stage beside a viscous film
 GONE = 1e-12  # of H_V: less water counts as none
 
 
@@ -208,22 +207,22 @@ class Beside(NamedTuple):
         """
         whole = self.carried.whole
         held = self.carried.flows * whole.held
-        if self.by_area:
-            moves, low, left = held > 0.0, np.full_like(held, DRIEST), self.water
-            if self.films_freeze or not (self.water > MUCH * held).all():
-                _, left = self._with(np.zeros_like(held), ice, whole)
-                moves = left > GONE * held
-        else:
-            found, left = self._with(np.minimum(self.water, held), ice, whole)
-            moves, low = left > held, held.copy()
+        low = np.full_like(held, DRIEST) if self.by_area else held
+        water = np.maximum(self.water, DRIEST) if self.by_area else np.minimum(self.water, held)
+        found, left = self._with(water, ice, whole)
+        moves = left > (GONE * held if self.by_area else held)
+        if not self.by_area:
             if not moves.any():
                 return found._replace(squeezed_height=left)  # not full: it bears nothing
+            water = np.where(moves, np.maximum(self.water, held), left)
+            found, left = self._with(water, ice, whole)
+        elif not moves.all():
+            water = np.where(moves, left, 0.0)
+            found, left = self._with(water, ice, whole)
+            moves |= left > GONE * held
         high = np.full_like(held, np.inf)
-        start = np.maximum(self.water, DRIEST if self.by_area else held)
-        water = np.where(moves, np.where(self.water > 0.0, start, left), left)
         before, residual_before = np.full_like(water, np.nan), np.full_like(water, np.nan)
         for _ in range(MOST_PASSES):
-            found, left = self._with(water, ice, whole)
             with np.errstate(divide="ignore"):
                 residual = np.log(np.divide(water, left, out=np.ones_like(water), where=moves))
             if not (np.abs(residual) > SETTLED).any():
@@ -237,6 +236,7 @@ class Beside(NamedTuple):
             following = np.where(outside, middle, following)
             before, residual_before = water, residual
             water = np.where(moves, following, water)
+            found, left = self._with(water, ice, whole)
         water = np.where(np.abs(residual) > 1e3 * SETTLED, np.nan, left)
         return found._replace(
             squeezed_height=water, log_height=np.where(np.isnan(water), np.nan, found.log_height)

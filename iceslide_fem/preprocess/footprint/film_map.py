@@ -18,9 +18,21 @@ from iceslide_fem.runtime.arrays import Array, Index, Mask
 from iceslide_fem.scene.contact_table import ConstantContact, ContactTable
 
 # Lines that advance together: their columns of ice stay in the processor's cache.
-LINES = 2048
+LINES = 4096
 # Error of the ice response with fewer modes, relative to the tolerance.
 CONDENSED = 1e-3
+
+
+class Lines(NamedTuple):
+    """Lines of a footprint: pressure (ny, nx), Pa, and time of the ice per pixel, s, (ny,)."""
+
+    pressure: Array
+    passing: Array
+
+    @property
+    def contact(self) -> Mask:
+        """Pixels in contact, (ny, nx)."""
+        return self.pressure > 0.0
 
 
 class Start(NamedTuple):
@@ -53,23 +65,24 @@ def film_map(
     called with the finished fraction of the pixels in contact, of every pass; slides: where rubber
     slides, (ny, nx), by default everywhere in contact. Raises SimulationStopped if a step fails.
     """
-    number = ride.passes.number
+    number, pressure = ride.passes.number, footprint.pressure
+    below = Lines(pressure, np.broadcast_to(footprint.dx / ride.speed, (len(pressure),)))
 
     def told(done: int, part: float) -> None:
         tell((done + part) / number)
 
     def passed(done: int, start: Start | None) -> Passed:
         settings = contact_of, tolerance, ice, partial(told, done), slides, start
-        return one_pass(footprint, ride, *settings)
+        return one_pass(below, ride, *settings)
 
     found = passed(0, None)
     for done in range(1, number):
-        found = passed(done, start_after(found, footprint, ride, tolerance, ice))
+        found = passed(done, start_after(found, below, ride, tolerance, ice))
     return found.films
 
 
 def one_pass(
-    footprint: PressureMap,
+    footprint: Lines,
     ride: Ride,
     contact_of: ContactTable | ConstantContact,
     tolerance: float,
@@ -81,7 +94,7 @@ def one_pass(
     """One pass over ice from `start`, by default untouched; the others as for `film_map`."""
     rows, columns = footprint.pressure.shape
     result = FilmMap.untouched((rows, columns), ride.ahead if start is None else start.ahead)
-    passing = np.broadcast_to(footprint.dx / ride.speed, (rows,))
+    passing = footprint.passing
     touching = np.flatnonzero(footprint.contact.any(axis=1))
     pixels = np.count_nonzero(footprint.contact)
     every = ride.lines(np.arange(rows))
@@ -112,7 +125,7 @@ def one_pass(
 
 def start_after(
     found: Passed,
-    footprint: PressureMap,
+    footprint: Lines,
     ride: Ride,
     tolerance: float,
     ice: Callable[..., Column] = Column,
@@ -122,17 +135,15 @@ def start_after(
     every = ride.lines(np.arange(len(contact)))
     below = _ice(footprint, every, tolerance, ice)
     ends = contact.argmax(axis=1), contact.shape[1] - contact[:, ::-1].argmax(axis=1)
-    lasts = np.where(contact.any(axis=1), (ends[1] - ends[0]) * footprint.dx / ride.speed, 0.0)
+    lasts = np.where(contact.any(axis=1), (ends[1] - ends[0]) * footprint.passing, 0.0)
     state = next_start(found.behind, every, below, ride.passes, every.initial_height, lasts)
     surface = below.surface_temperature(state.ice)
     return Start(state, Ahead(every.film_height(state), state.squeezed_height, surface))
 
 
-def _ice(
-    footprint: PressureMap, ride: Ride, tolerance: float, ice: Callable[..., Column]
-) -> Column:
+def _ice(footprint: Lines, ride: Ride, tolerance: float, ice: Callable[..., Column]) -> Column:
     """Columns below the lines, with the layers of one pass, and deep enough for all."""
-    transit = footprint.pressure.shape[1] * footprint.dx / np.asarray(ride.speed)
+    transit = footprint.pressure.shape[1] * footprint.passing
     shortest, longest = float(transit.min()), float(transit.max())
     if ride.passes.number > 1:
         longest = float(ride.passes.times(longest)[1])

@@ -60,15 +60,15 @@ class SlidingContact(Protocol):
     def after(self, slid: Slid) -> SlidingContact:
         """The contact of the pass after `slid`."""
 
-    def onset(self, pressure: Array, dx: float, passing: Array, speed: Array) -> Onset:
+    def onset(self, pressure: Array, dx: Array, passing: Array, speed: Array) -> Onset:
         """Friction stress where sliding begins; arguments as of `slid`, below rubber that sticks.
 
         Raises SimulationStopped if a step fails.
         """
 
-    def slid(self, pressure: Array, slides: Mask, dx: float, passing: Array, speed: Array) -> Slid:
+    def slid(self, pressure: Array, slides: Mask, dx: Array, passing: Array, speed: Array) -> Slid:
         """Sliding contact under `pressure` (n, nx), Pa, where it `slides`; elsewhere it sticks.
 
-        dx: length of pixels, m; passing, speed: of the ice and of sliding, m/s, (n,).
+        dx: length of the pixels of a line, m; passing, speed: of the ice and of sliding, m/s, (n,).
         Raises SimulationStopped if a step fails.
         """

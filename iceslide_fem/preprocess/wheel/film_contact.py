@@ -14,9 +14,8 @@ from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.film.loads import film_loads
 from iceslide_fem.preprocess.footprint.aged_path import AgedPath
-from iceslide_fem.preprocess.footprint.film_map import Start, one_pass, start_after
+from iceslide_fem.preprocess.footprint.film_map import Lines, Start, one_pass, start_after
 from iceslide_fem.preprocess.footprint.passing import FilmMap, Path
-from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.ride import Ahead, Ride
 from iceslide_fem.preprocess.wheel.brush import Ends, ends_of
 from iceslide_fem.preprocess.wheel.contact import SLOWEST, Onset, Slid
@@ -47,7 +46,7 @@ class FilmContact:
         assert slid.ahead is not None  # of films
         return replace(self, start=slid.ahead())
 
-    def onset(self, pressure: Array, dx: float, passing: Array, speed: Array) -> Onset:
+    def onset(self, pressure: Array, dx: Array, passing: Array, speed: Array) -> Onset:
         """k eta v / (h + h_b), with the film, the water and the age of contact that has stuck."""
         ride = self.ride._replace(speed=passing, sliding_speed=speed)
         nowhere = np.zeros(pressure.shape, dtype=bool)
@@ -65,7 +64,7 @@ class FilmContact:
         (first, first_rest), (last, last_rest) = stress
         return Onset(Ends(first, last), Ends(first_rest, last_rest))
 
-    def slid(self, pressure: Array, slides: Mask, dx: float, passing: Array, speed: Array) -> Slid:
+    def slid(self, pressure: Array, slides: Mask, dx: Array, passing: Array, speed: Array) -> Slid:
         """Sliding contact by `footprint.film_map`, in which ice enters at the last column."""
         ride = self.ride._replace(speed=passing, sliding_speed=speed)
         films, ahead = self._films(pressure, slides, dx, ride)
@@ -74,16 +73,16 @@ class FilmContact:
         return Slid(stress, *of_ice, ahead)
 
     def _films(
-        self, pressure: Array, slides: Mask, dx: float, ride: Ride
+        self, pressure: Array, slides: Mask, dx: Array, ride: Ride
     ) -> tuple[FilmMap, Callable[[], Start]]:
         """Films of this pass, and what makes the lines ahead of the next one."""
-        footprint = PressureMap(pressure[:, ::-1], dx, dx)
+        below = Lines(pressure[:, ::-1], dx / ride.speed)
         found = one_pass(
-            footprint, ride, self.contact_of, self.tolerance, slides=slides[:, ::-1],
+            below, ride, self.contact_of, self.tolerance, slides=slides[:, ::-1],
             start=self.start,
         )  # fmt: skip
         films = FilmMap._make(field[:, ::-1] for field in found.films)
-        return films, partial(start_after, found, footprint, ride, self.tolerance)
+        return films, partial(start_after, found, below, ride, self.tolerance)
 
     def _stress(
         self, pressure: Array, films: FilmMap, contact: Contact, ride: Ride, speed: Array

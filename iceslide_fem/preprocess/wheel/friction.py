@@ -52,25 +52,29 @@ def friction(
 ) -> list[SlipPoint]:
     """Friction of wheels that roll over the same footprint; ice enters at the last column.
 
-    It is that of the last pass over the same ice; before it are others of the same slip ratio.
-    Raises SimulationStopped if a step fails.
+    It is that of the last pass over the same ice; before it are others of the same slip ratio. A
+    pattern that slides faster over the ice has finer pixels. Raises SimulationStopped if a step
+    fails.
     """
-    pressure, dx = footprint.pressure[:, ::-1], footprint.dx
-    finer, pattern = 1, tread.pattern
+    pattern, parts = tread.pattern, np.ones(len(rolls), dtype=int)
     if pattern is not None:
-        finer = pattern.refinement(dx * max(one.sliding_speed / one.forward for one in rolls))
-        pressure, dx = np.repeat(pressure, finer, axis=1), dx / finer
-    seen = [
-        pressure
-        if pattern is None
-        else pattern.over(pressure, dx * one.sliding_speed / one.forward)
-        for one in rolls
-    ]
+        ways = [footprint.dx * one.sliding_speed / one.forward for one in rolls]
+        parts = np.array([pattern.refinement(way) for way in ways])
+    columns = footprint.pressure.shape[1] * parts.max()
+    seen = []
+    for one, finer in zip(rolls, parts, strict=True):
+        pressure = np.repeat(footprint.pressure[:, ::-1], finer, axis=1)
+        if pattern is not None:
+            pressure = pattern.over(
+                pressure, footprint.dx / finer * one.sliding_speed / one.forward
+            )
+        seen.append(np.pad(pressure, ((0, 0), (0, columns - pressure.shape[1]))))
     lines = len(seen[0])
     rise, speed, passing_of_tread, passing = (
         np.repeat([getattr(one, name) for one in rolls], lines)
         for name in ("stretch", "sliding_speed", "passing", "forward")
     )
+    dx = np.repeat(footprint.dx / parts, lines)
     with np.errstate(divide="ignore"):
         memory = tread.memory(dx / passing_of_tread)
     lines_seen, stress = np.concatenate(seen), tread.stiffness * dx * rise
@@ -83,7 +87,7 @@ def friction(
     def of(number: int) -> SlipPoint:
         some = slice(number * lines, (number + 1) * lines)
         here = Traction(*(field[some] for field in traction))
-        return _point(seen[number], dx, rolls[number], here, slid.lines(some))
+        return _point(seen[number], dx[some][0], rolls[number], here, slid.lines(some))
 
     return [of(number) for number in range(len(rolls))]
 
@@ -118,7 +122,7 @@ def _point(
 
 def _brush(
     pressure: Array,
-    dx: float,
+    dx: Array,
     passing: Array,
     rise: Array,
     speed: Array,

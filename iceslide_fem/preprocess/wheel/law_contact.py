@@ -59,7 +59,7 @@ class LawContact:
         """The same."""
         return self
 
-    def onset(self, pressure: Array, dx: float, passing: Array, speed: Array) -> Onset:
+    def onset(self, pressure: Array, dx: Array, passing: Array, speed: Array) -> Onset:
         """Stress of the law's initial state."""
         at_ends = ends_of(pressure, pressure > 0.0)
         begins, rests = (
@@ -73,7 +73,7 @@ class LawContact:
         shear, *_ = self.law.at_start(self.film_height, flat.size)(flat, speeds)
         return np.where(pressure > 0.0, shear.reshape(pressure.shape), 0.0)
 
-    def slid(self, pressure: Array, slides: Mask, dx: float, passing: Array, speed: Array) -> Slid:
+    def slid(self, pressure: Array, slides: Mask, dx: Array, passing: Array, speed: Array) -> Slid:
         """Each line is one piece of ice that passes pixel after pixel; all have the same steps."""
         pressure = np.where(slides, pressure, 0.0)
         lines, columns = pressure.shape
