@@ -10,18 +10,21 @@ from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.film.limiting_shear import LimitingShear, ShearStrength
 from iceslide_fem.film.loads import film_loads
-from iceslide_fem.film.rubber_heat import INSULATED
+from iceslide_fem.film.runge_kutta import INTEGRATORS
+from iceslide_fem.film.step_control import StepControl
 from iceslide_fem.film.voids import Voids
 from iceslide_fem.inference.compare.command import COMPARE
-from iceslide_fem.preprocess.footprint.passing import touched
 from iceslide_fem.preprocess.footprint.reading import read_source
 from iceslide_fem.preprocess.wheel.case import WheelCase
 from iceslide_fem.preprocess.wheel.case_contact import below_wheel
 from iceslide_fem.preprocess.wheel.slip_table import slip_table
 from iceslide_fem.preprocess.wheel.tread import stiffness_of
 from iceslide_fem.preprocess.work import run
+from iceslide_fem.runs.many_points import friction
+from iceslide_fem.scene import load_scene
 from iceslide_fem.scene.contact_table import read_contact_table
 from iceslide_fem.scene.materials import ICE, MELTING_TEMPERATURE
+from iceslide_fem.scene.variation import with_values
 
 CASES = Path(__file__).parent.parent / "cases"
 SURFACE = CASES / "surfaces" / "compound_B.csv"
@@ -59,10 +62,27 @@ def test_little_water_freezes_once(water):
     internal = np.array([[0.0], [2e4], [0.0], [0.02]])
     dry = limit.log_height(np.zeros(n))
     state = InterfaceState(dry, np.full(n, water), ice.initial(n), internal=internal)
-    step = touched(state, loads, np.full(n, 1e-7), ice, INSULATED, 1e-4)
+    control = StepControl(INTEGRATORS["sdirk2"], 1e-2)
+    step = control.trial(state, loads, loads, np.full(n, 1e-7), ice, np.full(n, 1.5)).step
     assert step.state.squeezed_height[0] == pytest.approx(0.0, abs=1e-15)
     assert step.latent_heat[0] == pytest.approx(-ICE.melting_enthalpy * water, rel=1e-6)
     assert step.ice_heat[0] == pytest.approx(step.friction_work[0] - step.latent_heat[0])
+
+
+@pytest.mark.parametrize("celsius", [-0.38, -1.5, -16.0])
+def test_a_molecule_of_water_on_cold_ice_is_none(celsius):
+    """A point on less water than a molecule's height has the friction of one without water."""
+    given = {
+        "ice.temperature": MELTING_TEMPERATURE + celsius, "film.voids": "carry",
+        "film.refreeze": "area",
+    }  # fmt: skip
+    some = [
+        with_values(load_scene(CASES / "cold_point.toml"), {**given, "ice.water": w})
+        for w in (0.0, 3e-10, 1e-9)
+    ]
+    without, less, nanometre = friction(some).mu_mean[:, 0]
+    assert less == pytest.approx(without, rel=1e-3)
+    assert nanometre == pytest.approx(without, rel=3e-3)
 
 
 def test_a_control_that_finds_no_friction_leaves_the_others(tmp_path):

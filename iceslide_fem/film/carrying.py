@@ -22,8 +22,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem.film.ice_heat import IceHeat
-from iceslide_fem.film.integrators import Step
 from iceslide_fem.film.law import FilmStage, Surface
 from iceslide_fem.film.phase import Phase
 from iceslide_fem.film.voids import Voids
@@ -32,7 +30,6 @@ from iceslide_fem.runtime.arrays import Array, Index, Mask
 SETTLED, MOST_PASSES = 1e-11, 80  # tolerance of ln W; iterations
 LEAST_SLOPE = 0.2  # least slope of the residual of ln W for a secant step
 DRIEST = 1e-30  # m, lower bound of water that does not freeze completely
-JUMP = 0.1  # K, of a surface that water meets
 GONE = 1e-12  # of H_V: less water counts as none
 
 
@@ -110,17 +107,6 @@ class Carried(NamedTuple):
     def begun(self, water: Array, molten: Mask) -> Carried:
         """The voids in a step that begins with `water` (m), where the ice was `molten` or not."""
         return self._replace(at_melting=molten | self.wet(water))
-
-    def meets_cold_ice(self, step: Step, ice: IceHeat) -> Mask:
-        """Where water meets ice below T_m in the `step`, (n,).
-
-        The flux into the ice is infinite at first, so a shorter step has no smaller error. The
-        layers of the ice bound it, and the end of an L-stable step is right.
-        """
-        change, surface = step.total, ice.surface_temperature
-        rise = surface(change.ice) - surface(np.zeros_like(change.ice))
-        water = step.state.squeezed_height - change.squeezed_height
-        return np.asarray(self.wet(water) & step.last.melting & (rise > JUMP))
 
     def completed(self, covered: Mask, other: Carried) -> Carried:
         """Places that are not `covered` have the pressure and contact of the `other` end."""

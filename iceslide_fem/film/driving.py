@@ -7,7 +7,7 @@ from typing import NamedTuple, Protocol, Self
 import numpy as np
 
 from iceslide_fem.film.ice_heat import IceHeat
-from iceslide_fem.film.integrators import InterfaceState, Loads
+from iceslide_fem.film.integrators import InterfaceState, Loads, Step
 from iceslide_fem.film.law import FilmStage
 from iceslide_fem.film.loads import FilmLoads
 from iceslide_fem.film.point_conditions import Conditions, Loading
@@ -43,6 +43,9 @@ class PointLoads(Loads, Protocol):
 
     def wet(self, state: InterfaceState) -> Mask:
         """Where water that may freeze holds the ice's surface at T_m."""
+
+    def overfreezes(self, step: Step, ice: IceHeat) -> Mask:
+        """Where stages of a `step` that ends here freeze more water on cold ice than there is."""
 
     def at(self, end: Self, fraction: float) -> Self:
         """Loads at `fraction` of a step that ends with `end`."""

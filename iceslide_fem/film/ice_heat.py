@@ -48,6 +48,13 @@ class IceHeat(Protocol):
         """Surface temperature at the contact points (K), shape (n_points,)."""
 
 
+class PointIce(IceHeat, Protocol):
+    """Ice of points that do not heat each other."""
+
+    def take(self, index: Index) -> Self:
+        """The ice at the points of `index`."""
+
+
 class _OfStage(NamedTuple):
     """Factors of a stage that depend on `dt` (s) only.
 

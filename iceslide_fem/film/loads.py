@@ -264,13 +264,30 @@ class FilmLoads(NamedTuple):
     def local_error(
         self, step: Step, ice: IceHeat, rubber: RubberHeat, scale: Array, weights: Weights = EVEN
     ) -> Array:
-        """Relative local errors (n,) of a step that ends here; `scale` of temperatures, K."""
+        """Relative local errors (n,) of a step that ends here; `scale` of temperatures, K.
+
+        Where water meets cold ice the flux into the ice is infinite at first, so a shorter step has
+        no smaller error. The layers of the ice bound it, and the end of an L-stable step is right.
+        """
         water, kelvin = self._water_scale(step), self._temperature_scale(step, scale)
         error = error_norms(step, ice, water / weights.water, kelvin, rubber, weights.dry)
-        if self.refreeze != "area" or self.carried is None:
-            return error
-        met = self.carried.meets_cold_ice(step, ice) & np.isfinite(error)
+        met = self._meets_cold_ice(step, ice) & step.last.melting & np.isfinite(error)
         return np.where(met, 0.0, error)
+
+    def overfreezes(self, step: Step, ice: IceHeat) -> Mask:
+        """Where stages of a `step` that ends here freeze more water on cold ice than there is."""
+        more = step.state.squeezed_height < step.change.squeezed_height
+        return more & self._meets_cold_ice(step, ice)
+
+    def _meets_cold_ice(self, step: Step, ice: IceHeat) -> Mask:
+        """Where water and ice that does not melt are in contact from the start of the `step`."""
+        if self.refreeze != "area" or self.carried is None:
+            return np.zeros(self.speed.shape, dtype=bool)
+        change = step.total
+        cold = step.state.internal[MOLTEN] - change.internal[MOLTEN] < 0.5
+        warms = ice.surface_temperature(change.ice) > ice.surface_temperature(0.0 * change.ice)
+        water = step.state.squeezed_height - change.squeezed_height
+        return cold & warms & self.carried.wet(water)
 
     def _water_scale(self, step: Step) -> Array:
         """Reference of errors of water (m), (n,): H_V, or the larger one of H_V and W."""

@@ -8,10 +8,10 @@ import numpy as np
 
 from iceslide_fem.film.driving import PointLoads
 from iceslide_fem.film.height import CLOSE
-from iceslide_fem.film.ice_heat import IceHeat
+from iceslide_fem.film.ice_heat import PointIce
 from iceslide_fem.film.integrators import InterfaceState, Step, Weights, advance
 from iceslide_fem.film.rubber_heat import INSULATED, RubberHeat
-from iceslide_fem.film.runge_kutta import Integrator
+from iceslide_fem.film.runge_kutta import INTEGRATORS, Integrator
 from iceslide_fem.runtime.arrays import Array, Mask
 
 SAFETY = 0.9
@@ -23,6 +23,7 @@ GROW_ALONE = 2.5
 # Weights of errors of a dry film and of H_s: they shift melt onset and saturation, where mu has a
 # kink.
 DRY, SQUEEZED = 3.25, 3.0
+ONE_STAGE = INTEGRATORS["implicit-euler"]
 NO_ERROR = 1e-300  # replaces 0, which has no negative power
 
 
@@ -61,18 +62,25 @@ class StepControl(NamedTuple):
         loads: PointLoads,
         end: PointLoads,
         dt: Array,
-        ice: IceHeat,
+        ice: PointIce,
         temperature_scale: Array,
         rubber: RubberHeat = INSULATED,
         rate: Array | None = None,
     ) -> Trial:
         """A step of `dt` (s, one per point) from `loads` to `end`.
 
+        Where water meets cold ice the flux into the ice is infinite at first, and a little water
+        freezes at once. Several stages would freeze it more than once, so such steps have one.
         rate: d ln h / dt (1/s) at its start, if known. Errors are those of `error_norms`, with the
         weights above.
         """
         method = self.integrator
         step = advance(state, loads, end, dt, ice, method, rubber, rate, self.close)
+        over = np.flatnonzero(end.overfreezes(step, ice))
+        if over.size:
+            begins = state.take(over), loads.take(over), end.take(over), dt[over]
+            bodies = ice.take(over), ONE_STAGE, rubber.take(over)
+            step = step.in_one_stage(over, advance(*begins, *bodies, close=self.close))
         if self.tolerance is None:
             return Trial(step, np.isfinite(step.state.log_height), dt)
         weights = Weights(self.dry, SQUEEZED)

@@ -93,6 +93,10 @@ class UserLoads(NamedTuple):
         """Nowhere."""
         return np.zeros(self.pressure.shape, dtype=bool)
 
+    def overfreezes(self, step: Step, ice: IceHeat) -> Mask:
+        """Nowhere."""
+        return np.zeros(self.pressure.shape, dtype=bool)
+
     def stress(self, stage: FilmStage) -> Array:
         """tau (Pa) at the end of a `stage`."""
         return stage.shearing

@@ -20,8 +20,8 @@ import numpy as np
 
 from iceslide_fem.film.height import CLOSE
 from iceslide_fem.film.ice_heat import Column
-from iceslide_fem.film.integrators import InterfaceState, Step, advance
-from iceslide_fem.film.loads import MOLTEN, FilmLoads, film_loads
+from iceslide_fem.film.integrators import InterfaceState, Step
+from iceslide_fem.film.loads import MOLTEN, film_loads
 from iceslide_fem.film.point import taken
 from iceslide_fem.film.rubber_heat import Insulated, RubberHeat
 from iceslide_fem.film.runge_kutta import INTEGRATORS
@@ -37,8 +37,7 @@ from iceslide_fem.scene.contact_table import ConstantContact, ContactTable
 METHOD = INTEGRATORS["sdirk2"]
 # Relative to a pixel's time: the shortest step, and the rounding of the rest.
 SHORTEST, SLACK = 1e-12, 1e-6
-# Where water meets cold ice: the first moment, and the first step after it.
-MOMENT, YOUNGEST = 1e-3, 1e-2
+FIRST = 1e-3  # first step where water meets cold ice, of a pixel's time
 
 
 class Path(NamedTuple):
@@ -111,22 +110,6 @@ class FilmMap(NamedTuple):
 def works_of(step: Step) -> tuple[Array, Array, Array]:
     """Friction work, heat into the ice and latent heat of a step, J/m2, (n,)."""
     return step.friction_work, step.ice_heat, step.latent_heat
-
-
-def touched(
-    state: InterfaceState,
-    loads: FilmLoads,
-    dt: Array,
-    ice: Column,
-    rubber: RubberHeat,
-    close: float,
-) -> Step:
-    """The first moment `dt` (s) of lines where water meets cold ice, (n,).
-
-    The flux into the ice is infinite at first, and a little water freezes at once. A method of
-    several stages would freeze it more than once, so this step is one implicit stage.
-    """
-    return advance(state, loads, loads, dt, ice, INTEGRATORS["implicit-euler"], rubber, None, close)
 
 
 def films_along(
@@ -210,25 +193,7 @@ def films_along(
             for work in works:
                 work[arrives] = 0.0
             if ride.refreeze == "area":  # water meets cold ice
-                dt[meets], state.internal[MOLTEN, meets] = YOUNGEST * whole[meets], 0.0
-                film, moment = load.height(state.log_height)[meets], MOMENT * whole[meets]
-                heat = moment * ice.take(meets).response(state.ice[:, meets], moment).melted_flux
-                thin = film <= np.maximum(heat, 0.0) / ride.solid.melting_enthalpy
-                if meets.size and load.limit is not None:
-                    # A thin film freezes with the other water.
-                    bare, nothing = meets[thin], 0.0 * film[thin]
-                    state.squeezed_height[bare] += film[thin]
-                    state.log_height[bare] = load.limit.take(bare).log_height(nothing)
-                    first = load if aged is None else aged.over(at, whole - left, dt)[0]
-                    bodies = ice.take(meets), rubber.take(meets)
-                    step = touched(state.take(meets), first.take(meets), moment, *bodies, close)
-                    found = np.flatnonzero(np.isfinite(step.state.log_height))
-                    wetted = meets[found]
-                    for part, first_part in zip(state, step.state.take(found), strict=True):
-                        part[..., wetted] = first_part
-                    left[wetted] -= moment[found]
-                    for work, more in zip(works, works_of(step), strict=True):
-                        work[wetted] += more[found]
+                dt[meets], state.internal[MOLTEN, meets] = FIRST * whole[meets], 0.0
         trial = left / np.ceil(left / dt - SLACK)
         begin, end = (load, load) if aged is None else aged.over(at, whole - left, trial)
         step, good, dt = control.trial(state, begin, end, trial, ice, scale, rubber, rate)
