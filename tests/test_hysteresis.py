@@ -10,7 +10,6 @@ from scipy.integrate import quad, trapezoid
 
 from iceslide_fem.film.conditions import conditions_at
 from iceslide_fem.film.hysteresis import Hysteresis, hysteresis_of
-from iceslide_fem.film.rough_ice import Moduli, sliding
 from iceslide_fem.laws.film import film_law
 from iceslide_fem.relaxation.prony import Prony, Relaxation
 from iceslide_fem.relaxation.shift import Shift
@@ -20,12 +19,13 @@ from iceslide_fem.scene import load_scene
 from iceslide_fem.scene.variation import with_values
 from iceslide_fem.surfaces.measured_spectrum import measured
 from iceslide_fem.surfaces.power_spectrum import PowerSpectrum, self_affine
+from iceslide_fem.surfaces.rough_ice import Moduli, sliding
 from iceslide_fem.surfaces.surface import Surface
 
 pytestmark = pytest.mark.quick
 
 CASE = Path(__file__).parent.parent / "cases" / "rough_ice.toml"
-# Rubber and rows of reference numbers, computed apart with the formulas of `film.rough_ice`:
+# Rubber and rows of reference numbers, computed apart with the formulas of `surfaces.rough_ice`:
 # speed (m/s), temperature (degC), pressure (Pa); Hurst, longest, shortest wave, rms height (m);
 # mu_h with gamma = 1, P at the shortest wave, mu_h with gamma = 0.5, mu_h with rubber as rough.
 ARMS = 0.6e6 * 1.9 ** np.arange(1, 10)

@@ -31,6 +31,7 @@ def scene(frame, heat="column", duration=0.1e-3, **film):
                 "C10": 0.8e6, "C01": 0.2e6, "nu": 0.48, "length": 5e-3, "width": 5e-3,
                 "height": 3e-3, "heat": True, "inertia": True,
                 "prony": [[0.2, 1e-5], [0.3, 1e-3]], "modulus_is": "instantaneous",
+                "roughness": {"rms": 5e-6, "longest": 1e-4, "shortest": 1e-5},
             },
             "load": {"pressure": 2e5, "speed": 4.0, "duration": duration},
             "ice": {

@@ -25,7 +25,7 @@ import numpy as np
 from iceslide_fem.film.law import FilmStage, Surface
 from iceslide_fem.film.phase import Phase
 from iceslide_fem.film.voids import Voids
-from iceslide_fem.runtime.arrays import Array, Index, Mask
+from iceslide_fem.runtime.arrays import Array, Index, Mask, some_of
 
 SETTLED, MOST_PASSES = 1e-11, 80  # tolerance of ln W; iterations
 LEAST_SLOPE = 0.2  # least slope of the residual of ln W for a secant step
@@ -82,18 +82,14 @@ class Carried(NamedTuple):
 
     def take(self, index: Index) -> Carried:
         """The voids at `index`."""
-
-        def of(part: Array | float) -> Array | float:
-            return part[index] if isinstance(part, np.ndarray) else part
-
         return Carried(
-            replace(self.voids, lug=of(self.voids.lug)),
+            self.voids.take(index),
             self.pressure[index],
             self.cover[index],
-            of(self.viscosity),
-            of(self.softness),
+            some_of(self.viscosity, index),
+            some_of(self.softness, index),
             self.least,
-            flows=of(self.flows),
+            flows=some_of(self.flows, index),
         )
 
     def wet(self, water: Array) -> Mask:
@@ -132,7 +128,7 @@ class Carried(NamedTuple):
     def whole(self) -> Whole:
         """The contact without water that bears load."""
         p = np.maximum(self.pressure, 0.0)
-        k, D = self.voids.table.k_and_D(p * self.softness)
+        k, D = self.voids.touching(p * self.softness)
         held = self.voids.held(np.maximum(p * self.softness, np.finfo(float).tiny))
         return Whole(p, k, D, held)
 

@@ -132,4 +132,4 @@ def contact_age(scene: Scene) -> ContactAge | None:
     relaxation = scene.rubber.relaxation
     if not scene.film.contact_age or relaxation is None:
         return None
-    return ContactAge(scene.touching_table, relaxation)
+    return ContactAge(scene.contact_table, relaxation)

@@ -2,9 +2,9 @@
 
     tau = tau of the film + p_c mu_h(v, T_rubber, p_c)                      (1)
 
-mu_h is that of `film.rough_ice` with the rubber's temperature at the start, from a table over v a_T
-and pressure. It is made in the rubber, as deep as the waves are long. Its work is an entry of its
-own in the energy balance, and warms neither the ice nor the surface of the rubber.
+mu_h is that of `surfaces.rough_ice` with the rubber's temperature at the start, from a table over v
+a_T and pressure. It is made in the rubber, as deep as the waves are long. Its work is an entry of
+its own in the energy balance, and warms neither the ice nor the surface of the rubber.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from iceslide_fem.film.rough_ice import Moduli, Sliding, sliding
 from iceslide_fem.relaxation.prony import Relaxation
 from iceslide_fem.relaxation.shift import AnyShift
 from iceslide_fem.runtime.arrays import Array, Index
 from iceslide_fem.scene import Scene
 from iceslide_fem.surfaces.power_spectrum import PowerSpectrum
+from iceslide_fem.surfaces.rough_ice import Moduli, Sliding, sliding
 
 if TYPE_CHECKING:  # takes long to import, and only rough ice needs it
     from scipy.interpolate import RectBivariateSpline
@@ -61,8 +61,8 @@ class Rough(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Hysteresis:
-    """mu_h on the waves of `ice`; gamma: of `film.rough_ice`; kelvin: temperature of the rubber
-    (K), None for that of the ice.
+    """mu_h on the waves of `ice`; gamma: of `surfaces.rough_ice`; kelvin: temperature of the rubber
+    (K), None for that of the ice; own: roughness of the rubber, or None.
     """
 
     ice: PowerSpectrum
@@ -70,10 +70,11 @@ class Hysteresis:
     shift: AnyShift
     gamma: float
     kelvin: float | None = None
+    own: PowerSpectrum | None = None
 
     def along(self, reduced_speed: ArrayLike, pressure: ArrayLike) -> Sliding:
         """Contact and hysteresis along the waves at v a_T (m/s) and pressures (Pa)."""
-        return sliding(self.ice, self.rubber, reduced_speed, pressure, self.gamma)
+        return sliding(self.ice, self.rubber, reduced_speed, pressure, self.gamma, self.own)
 
     def at(self, pressure: Array, speed: Array, ice: ArrayLike, exact: bool = False) -> Rough:
         """Under pressures (Pa, at most 0 without contact), at slip speeds (m/s), above ice of a
@@ -146,7 +147,7 @@ def hysteresis_of(scene: Scene) -> Hysteresis | None:
         return None
     instantaneous = 3.0 * scene.mooney_rivlin.shear_modulus
     given = found, instantaneous, relaxation, scene.ice.roughness.gamma
-    return _made(*given, scene.rubber.temperature)
+    return _made(*given, scene.rubber.temperature, scene.rubber.roughness.spectrum)
 
 
 @lru_cache(maxsize=16)
@@ -156,6 +157,9 @@ def _made(
     relaxation: Relaxation,
     gamma: float,
     kelvin: float | None,
+    own: PowerSpectrum | None,
 ) -> Hysteresis:
     """The component; runs of a sweep share its table."""
-    return Hysteresis(ice, Moduli.of(instantaneous, relaxation), relaxation.shift, gamma, kelvin)
+    return Hysteresis(
+        ice, Moduli.of(instantaneous, relaxation), relaxation.shift, gamma, kelvin, own
+    )

@@ -23,7 +23,7 @@ import numpy as np
 from iceslide_fem.film.law import FilmHistory, FilmStage
 from iceslide_fem.film.shear_strength import SLOWEST, ShearStrength
 from iceslide_fem.film.strength_over_speed import Balanced, RatedStrength, SpeedLaw, at_speed
-from iceslide_fem.runtime.arrays import Array, Index, Mask
+from iceslide_fem.runtime.arrays import Array, Index, Mask, some_of
 
 SHEAR_STRENGTH = "shear_strength_Pa"  # column of tau_b in tables
 # Upper bound of s (m): a water film hardly starts thinner.
@@ -86,14 +86,10 @@ class LimitingShear(NamedTuple):
 
     def take(self, index: Index) -> LimitingShear:
         """The same at the points of `index`."""
-
-        def of_points(part: Array | float) -> Array | float:
-            return part.take(index, mode="clip") if isinstance(part, np.ndarray) else part
-
         return self._replace(
             strength=self.strength.take(index),
-            viscosity=of_points(self.viscosity),
-            added=of_points(self.added),
+            viscosity=some_of(self.viscosity, index),
+            added=some_of(self.added, index),
         )
 
     def at_slip(self, speed: Array) -> ShearStrength | RatedStrength:

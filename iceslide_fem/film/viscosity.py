@@ -13,7 +13,7 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from iceslide_fem.runtime.arrays import Array, Index
+from iceslide_fem.runtime.arrays import Array, Index, some_of
 from iceslide_fem.runtime.columns import VISCOSITY
 from iceslide_fem.runtime.curve import Curve
 
@@ -42,10 +42,7 @@ class VariableViscosity(NamedTuple):
 
     def take(self, index: Index) -> VariableViscosity:
         """The same at the points of `index`."""
-        reference = self.reference
-        return VariableViscosity(
-            self.table, reference[index] if isinstance(reference, np.ndarray) else reference
-        )
+        return VariableViscosity(self.table, some_of(self.reference, index))
 
 
 def temperature_scale(undercooling: Scale, table: Curve | None) -> Scale:

@@ -26,16 +26,19 @@ within 0.5 %). A long lug has B = b.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.arrays import Array, Index, some_of
 from iceslide_fem.scene.contact_table import ContactTable
 from iceslide_fem.scene.rubber import Rubber
+
+if TYPE_CHECKING:  # takes long to import, and only rough ice needs it
+    from iceslide_fem.surfaces.combined_contact import Change
 
 NO_CONTACT = 1e-12  # k at the limit of contact
 
@@ -44,12 +47,20 @@ NO_CONTACT = 1e-12  # k at the limit of contact
 class Voids:
     """Voids of a contact `table`; lug: length B (m), scalar or (n,), infinite without outflow.
 
+    rough: what rough ice changes at these places, None if the table has it or ice is smooth.
+
     Below the lowest pressure of the table k is proportional to pressure, D is constant, and H_V is
     extrapolated linearly in log-log. Above the highest pressure H_V is extrapolated likewise.
     """
 
     table: ContactTable
     lug: Array | float = np.inf
+    rough: Change | None = None
+
+    def take(self, index: Index) -> Voids:
+        """The voids at `index`."""
+        rough = self.rough and self.rough.take(index)
+        return replace(self, lug=some_of(self.lug, index), rough=rough)
 
     @cached_property
     def _heights(self) -> tuple[Array, Array]:
@@ -64,6 +75,8 @@ class Voids:
         Infinite for zero or negative water, which stages of a too long step may have.
         """
         height, pressure = self._heights
+        if self.rough is not None:
+            water = water - self.rough.gap
         with np.errstate(divide="ignore"):
             log = np.log(np.maximum(water, 0.0))
         if height.size == 1:
@@ -76,18 +89,28 @@ class Voids:
         """p_c (Pa) of (1) under `pressure` (Pa) with `water` (m) in the voids, (n,)."""
         return np.minimum(np.maximum(pressure, 0.0), self.carried(water))
 
+    def touching(self, pressure: Array) -> tuple[Array, Array]:
+        """k and D (m) under contact pressures (Pa), (n,), as the table has them."""
+        if self.rough is None:
+            return self.table.k_and_D(pressure)
+        k, D, *_ = self.table.changed(pressure, self.rough)
+        return k, D
+
     def contact(self, pressure: Array) -> tuple[Array, Array]:
         """k and D (m) under contact pressures (Pa), (n,)."""
-        k, D = self.table.k_and_D(pressure)
-        share = np.minimum(pressure / self.table.pressure[0], 1.0)
-        return np.maximum(k * share, NO_CONTACT), D
+        k, D = self.touching(pressure)
+        if self.rough is None:
+            k = k * np.minimum(pressure / self.table.pressure[0], 1.0)
+        return np.maximum(k, NO_CONTACT), D
 
     def held(self, pressure: Array) -> Array:
         """H_V (m) at contact pressures (Pa), (n,): inverse of `carried`."""
         height, log = self._heights
+        more = 0.0 if self.rough is None else self.rough.gap
         if height.size == 1:
-            return np.full_like(pressure, np.exp(height[0]))
-        return np.exp(_straight(np.log(np.maximum(pressure, 1e-300)), log, height))
+            return np.full_like(pressure, np.exp(height[0])) + more
+        held = np.exp(_straight(np.log(np.maximum(pressure, 1e-300)), log, height))
+        return np.asarray(held + more)
 
     def outflow(self, borne: Array, water: Array, viscosity: Array | float) -> Array:
         """p_f W^2 / (eta B^2), 1/s: outflow rate of the `water` W (m) by (2), (n,).

@@ -77,6 +77,8 @@ def _unused(scene: Scene) -> list[str]:
     if (law := scene.friction.law) != "film":
         no_history = ["film.carrier"] if law == "coulomb" else []
         reasons[f'with friction.law = "{law}"'] = [*no_history, *OF_THE_FILM]
+    if not ice.roughness.is_rough:
+        reasons["on smooth ice, whose contact is that of the film's table"] = ["rubber.roughness"]
     if scene.rubber.mesh is not None:
         shape = ["rubber.length", "rubber.width", "rubber.height"]
         reasons["on the shape of the block, which is that of rubber.mesh"] = shape

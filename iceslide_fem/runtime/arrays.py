@@ -12,6 +12,11 @@ Mask = NDArray[np.bool_]
 Index = NDArray[np.intp]
 
 
+def some_of(part: Array | float, index: Index) -> Array | float:
+    """The values at `index` of an array (n,); a number is that of all."""
+    return part.take(index, mode="clip") if isinstance(part, np.ndarray) else part
+
+
 def plain(value: Any) -> Any:
     """`value` with Python's own numbers and lists in place of NumPy's."""
     if isinstance(value, np.generic | np.ndarray):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,6 +14,9 @@ from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.runtime.curve import LogCurve
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.tables.columns import Wanted, check_range, read_columns
+
+if TYPE_CHECKING:  # takes long to import, and only rough ice needs it
+    from iceslide_fem.surfaces.combined_contact import Change
 
 
 class ContactParameters(NamedTuple):
@@ -65,6 +68,20 @@ class ContactTable:
         D_curve, H_V_curve = self.D.scaled(values=D), self.H_V.scaled(values=H_V)
         return replace(self, k=more, D=D_curve, H_V=H_V_curve)
 
+    def on_rough_ice(self, change: Change) -> ContactTable:
+        """The table of the same rubber on rough ice, with what that changes."""
+        rough = self.changed(np.array(self.pressure), change)
+        k, D, H_V = (LogCurve(self.pressure, tuple(one)) for one in rough[:3])
+        return replace(self, source=f"{self.source}, on rough ice", k=k, D=D, H_V=H_V)
+
+    def changed(self, pressure: Array, change: Change) -> ContactParameters:
+        """Parameters at `pressure` (Pa) on rough ice. Below the table k follows the pressure."""
+        less = pressure * change.pressure
+        found = self(less)
+        share = np.minimum(less / self.pressure[0], 1.0)
+        k, H_V = found.k * share, self.H_V(pressure) + change.gap
+        return ContactParameters(k, found.D * change.width, H_V, found.dk_dp * change.pressure)
+
     def __call__(self, pressure: ArrayLike) -> ContactParameters:
         """Evaluate at `pressure` (Pa, any shape)."""
         place = self.k.place(pressure)
@@ -101,6 +118,16 @@ class ConstantContact:
         """The constants with factors on k (at most 1 after it), D and H_V."""
         return ConstantContact(min(k * self.k, 1.0), D * self.D, H_V * self.H_V)
 
+    def on_rough_ice(self, change: Change) -> ConstantContact:
+        """The constants on rough ice, with what that changes."""
+        k, D, H_V, _ = self.changed(np.ones(()), change)
+        return ConstantContact(float(k), float(D), float(H_V))
+
+    def changed(self, pressure: Array, change: Change) -> ContactParameters:
+        """Parameters at `pressure` (Pa) on rough ice. k follows the pressure."""
+        k, D, H_V, slope = self(pressure)
+        return ContactParameters(k * change.pressure, D * change.width, H_V + change.gap, slope)
+
     def __call__(self, pressure: ArrayLike) -> ContactParameters:
         """The constants, broadcast to the shape of `pressure` (Pa)."""
         one = np.ones_like(np.asarray(pressure, dtype=float))
@@ -114,6 +141,13 @@ class ConstantContact:
     def outside(self, pressure: ArrayLike) -> Mask:
         """Nowhere: constants hold at every pressure."""
         return np.zeros(np.shape(pressure), dtype=bool)
+
+
+def contact_on(
+    contact_of: ContactTable | ConstantContact, pressure: Array, rough: Change | None
+) -> ContactParameters:
+    """k, D and H_V under `pressure` (Pa), with what `rough` ice changes."""
+    return contact_of(pressure) if rough is None else contact_of.changed(pressure, rough)
 
 
 # Column, lowest and highest value allowed (both included), SI.

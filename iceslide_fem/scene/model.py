@@ -8,8 +8,9 @@ from __future__ import annotations
 from dataclasses import astuple, replace
 from operator import attrgetter
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import TYPE_CHECKING, Any, Literal, Self
 
+import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import model_validator
 
@@ -27,12 +28,16 @@ from iceslide_fem.scene.materials import (
 from iceslide_fem.scene.rubber import check_bulk
 from iceslide_fem.scene.tables import Tables, check_contradictions
 
+if TYPE_CHECKING:  # takes long to import, and only rough ice needs it
+    from iceslide_fem.surfaces.combined_contact import Change, CombinedContact
+
 FILE_KEYS = (
     ("rubber", "mesh"),
     ("rubber", "outline"),
     ("rubber", "dma"),
     ("ice", "mesh"),
     ("ice.roughness", "map"),
+    ("rubber.roughness", "map"),
     ("film", "contact"),
     ("friction", "table"),
 )  # table and key of file names
@@ -101,7 +106,14 @@ class Scene(Tables):
         """Speed of water relative to the rubber over the sliding speed: given, or its default."""
         if self.film.water_speed is not None:
             return self.film.water_speed
-        return COUETTE if self.film.voids == "carry" else 1.0
+        if self.film.voids != "carry":
+            return 1.0
+        change = self.change_by_ice
+        if change is None:
+            return COUETTE
+        # Water in valleys of the ice passes with the ice.
+        held = self.touching_table(self.load.pressures.mean).H_V + change.gap
+        return COUETTE + (1.0 - COUETTE) * float(change.gap / held)
 
     @property
     def mooney_rivlin(self) -> MooneyRivlin:
@@ -148,14 +160,64 @@ class Scene(Tables):
 
     @property
     def contact_parameters(self) -> ContactTable | ConstantContact:
-        """k, D and H_V over pressure (Pa): the film's constants, or those of `touching_table`.
+        """k, D and H_V over pressure (Pa) at the load's speed, on rough ice if both are rough.
 
         Only the film law needs them; other laws may have none.
         """
+        smooth, change = self.contact_on_smooth_ice, self.change_by_ice
+        return smooth if change is None else smooth.on_rough_ice(change)
+
+    @property
+    def contact_on_smooth_ice(self) -> ContactTable | ConstantContact:
+        """k, D and H_V over pressure (Pa): the film's constants, or those of `touching_table`."""
         film = self.film
         if film.k is not None and film.D is not None and film.H_V is not None:
             return ConstantContact(film.k, film.D, film.H_V).scaled(*film.contact_scales)
         return self.touching_table
+
+    @property
+    def contact_table(self) -> ContactTable:
+        """`touching_table`, on rough ice if both are rough."""
+        table, change = self.touching_table, self.change_by_ice
+        return table if change is None else table.on_rough_ice(change)
+
+    @property
+    def rough_contact(self) -> CombinedContact | None:
+        """What rough ice changes in the contact; None if ice or rubber is smooth.
+
+        The rubber's own waves have its long-term modulus, or that at the end of the load if the
+        contact ages.
+        """
+        own, ice, relaxation = self.rubber.roughness, self.ice.roughness, self.rubber.relaxation
+        if not (own.is_rough and ice.is_rough) or relaxation is None:
+            return None
+        from iceslide_fem.surfaces.combined_contact import combined_contact  # takes long to import
+
+        assert own.spectrum is not None and ice.spectrum is not None
+        instantaneous, kelvin = 3.0 * self.mooney_rivlin.shear_modulus, self.rubber.temperature
+        modulus = instantaneous * relaxation.prony.long_term
+        if self.film.contact_age:
+            modulus = instantaneous / self._softness
+        given = ice.spectrum, own.spectrum, instantaneous, relaxation, modulus, kelvin
+        return combined_contact(*given)
+
+    @property
+    def _softness(self) -> float:
+        """Growth of the compliance of asperities until the end of the load, if contact ages."""
+        relaxation = self.rubber.relaxation
+        if relaxation is None or not self.film.contact_age:
+            return 1.0
+        kelvin = self.rubber.temperature or self.ice.temperature
+        return float(relaxation.compliance(self.load.duration, kelvin))
+
+    @property
+    def change_by_ice(self) -> Change | None:
+        """What rough ice changes in k, D and H_V at the load's mean speed and pressure, or None."""
+        contact, load = self.rough_contact, self.load
+        if contact is None:
+            return None
+        p = np.array(load.pressures.mean / self._softness)
+        return contact.at(p, load.speeds.mean, self.ice.temperature)
 
     @property
     def given_table(self) -> ContactTable:

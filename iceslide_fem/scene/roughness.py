@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated, ClassVar, Self
 
 from pydantic import model_validator
 
@@ -18,11 +18,13 @@ PIXELS_PER_WAVE = 4.0  # of the shortest wave of a map
 Wave = Annotated[float, Quantity("m", "1 nm", "1 m")]
 
 
-class IceRoughness(Table):
-    """Waves of the ice's surface that deform the rubber."""
+class Roughness(Table):
+    """Waves of a surface: figures, or a map."""
+
+    where: ClassVar[str] = "roughness"  # name of the table, for messages
 
     rms: Annotated[float, Quantity("m", "0 m", "1 mm")] = key(
-        0.0, "rms height of the waves from `longest` to `shortest`. 0 is smooth ice."
+        0.0, "rms height of the waves from `longest` to `shortest`. 0 is smooth."
     )
     hurst: Annotated[float, Quantity("", "0.05", "1")] = key(
         0.8, "Hurst exponent of a self-affine surface. Polished surfaces have 0.7 to 0.9."
@@ -35,14 +37,9 @@ class IceRoughness(Table):
         "Shortest wave that rubber follows. It matters most, and is known least: `iceslide "
         "hysteresis` prints its effect. Of a map without it 4 pixels.",
     )
-    gamma: Annotated[float, Quantity("", "0.3", "1")] = key(
-        1.0,
-        "Part of the elastic energy that stays where contact is partial. 1 is the theory of 2001,"
-        " 0.5 a later correction.",
-    )
     map: InputFile | None = key(
         None,
-        "Path of a height map of the ice instead of `rms`, `hurst` and `longest`, in the formats "
+        "Path of a height map instead of `rms`, `hurst` and `longest`, in the formats "
         "of `iceslide roughness`; relative to the scene file.",
     )
     pixel: Annotated[float, Quantity("m", "1 nm", "10 mm")] | None = key(
@@ -57,18 +54,19 @@ class IceRoughness(Table):
         if self.map is None:
             for name in ("pixel", "height_unit"):
                 if getattr(self, name) is not None:
-                    raise ValueError(f"ice.roughness.{name} is that of ice.roughness.map, which is "
-                                     "missing")  # fmt: skip
+                    raise ValueError(
+                        f"{self.where}.{name} is that of {self.where}.map, which is missing"
+                    )
             self._check_figures()
         elif self.rms or self.longest is not None:
             name = "rms" if self.rms else "longest"
             raise ValueError(
-                f"ice.roughness.{name} and ice.roughness.map contradict each other: the map has "
+                f"{self.where}.{name} and {self.where}.map contradict each other: the map has "
                 "it; allowed: one of them"
             )
         if (found := self.spectrum) is not None and found.slope > STEEPEST:
             raise ValueError(
-                f"ice.roughness has an rms slope of {found.slope:.3g}; allowed: up to "
+                f"{self.where} has an rms slope of {found.slope:.3g}; allowed: up to "
                 f"{STEEPEST:g}, by a longer shortest wave or a smaller rms height"
             )
         return self
@@ -80,14 +78,14 @@ class IceRoughness(Table):
         for name in ("longest", "shortest"):
             if getattr(self, name) is None:
                 raise ValueError(
-                    f"ice.roughness.{name} is missing: an rms height is that of a range of waves; "
+                    f"{self.where}.{name} is missing: an rms height is that of a range of waves; "
                     "give longest and shortest"
                 )
         assert self.longest is not None and self.shortest is not None
         if not self.longest >= LEAST_RANGE * self.shortest:
             raise ValueError(
-                f"ice.roughness.longest = {1e6 * self.longest:.4g} um is not at least "
-                f"{LEAST_RANGE:g} times ice.roughness.shortest = {1e6 * self.shortest:.4g} um"
+                f"{self.where}.longest = {1e6 * self.longest:.4g} um is not at least "
+                f"{LEAST_RANGE:g} times {self.where}.shortest = {1e6 * self.shortest:.4g} um"
             )
 
     @property
@@ -100,16 +98,39 @@ class IceRoughness(Table):
         """The power spectrum; None of smooth ice. Raises SceneError if its map cannot be read."""
         if self.map is not None:
             stamp = self.map.stat().st_mtime
-            return _of_map(self.map, stamp, self.pixel, self.height_unit, self.shortest)
+            units = self.pixel, self.height_unit
+            return _of_map(self.where, self.map, stamp, *units, self.shortest)
         if not self.rms:
             return None
         assert self.longest is not None and self.shortest is not None  # by validation
         return self_affine(self.rms, self.hurst, self.longest, self.shortest)
 
 
+class IceRoughness(Roughness):
+    """Waves of the ice's surface that deform the rubber."""
+
+    where = "ice.roughness"
+    gamma: Annotated[float, Quantity("", "0.3", "1")] = key(
+        1.0,
+        "Part of the elastic energy that stays where contact is partial. 1 is the theory of 2001,"
+        " 0.5 a later correction.",
+    )
+
+
+class RubberRoughness(Roughness):
+    """Waves of the rubber's surface, whose contact with smooth ice the film's table is of."""
+
+    where = "rubber.roughness"
+
+
 @lru_cache(maxsize=8)
 def _of_map(
-    path: Path, _stamp: float, pixel: float | None, unit: float | None, shortest: float | None
+    where: str,
+    path: Path,
+    _stamp: float,
+    pixel: float | None,
+    unit: float | None,
+    shortest: float | None,
 ) -> PowerSpectrum:
     """The spectrum of a height map; stamp: time of the file's last change, s."""
     from iceslide_fem.surfaces.measured_spectrum import measured  # takes long to import
@@ -120,12 +141,12 @@ def _of_map(
     least = PIXELS_PER_WAVE * surface.resolution
     if shortest is not None and shortest < least * (1.0 - 1e-3):
         raise ValueError(
-            f"ice.roughness.shortest = {1e6 * shortest:.4g} um is shorter than "
+            f"{where}.shortest = {1e6 * shortest:.4g} um is shorter than "
             f"{PIXELS_PER_WAVE:g} pixels of its map; allowed: at least {1e6 * least:.4g} um"
         )
     if (wave := shortest or least) > 0.25 * min(surface.size):
         raise ValueError(
-            f"ice.roughness.map has sides of {1e6 * min(surface.size):.4g} um, less than four of "
+            f"{where}.map has sides of {1e6 * min(surface.size):.4g} um, less than four of "
             f"the shortest wave, {1e6 * wave:.4g} um"
         )
     return measured(surface, wave)

@@ -37,6 +37,7 @@ from iceslide_fem.scene.materials import (
 )
 from iceslide_fem.scene.outline_file import read_outline
 from iceslide_fem.scene.relaxation import Arms, Factors, Wlf
+from iceslide_fem.scene.roughness import RubberRoughness
 from iceslide_fem.scene.units import Quantity, Table, key
 
 LEAST_INSTANTANEOUS_NU = 0.3  # for viscoelastic rubber
@@ -96,6 +97,8 @@ class Rubber(Table):
         'a_T, as `[["-20 degC", 2.1], ["20 degC", 0]]`. Between rows, and beyond them, an '
         "activation energy. Two rows are the Arrhenius law. Instead of `rubber.wlf`.",
     )
+    roughness: RubberRoughness = RubberRoughness()
+
     modulus_is: Literal["instantaneous", "long-term"] | None = key(
         None,
         "Which modulus the elastic constants are. Needed with `rubber.prony` or `rubber.dma`, "

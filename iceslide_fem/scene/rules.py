@@ -214,6 +214,9 @@ RULES = (
     Rule((AGES, OTHER_LAW), "k, D and H_V are of films", OF_FILMS),
     Rule((Is("ice.roughness.is_rough", shown="ice.roughness"), OTHER_LAW),
          "hysteresis adds to the shear of films", OF_FILMS),
+    Rule((Is("rubber.roughness.is_rough", shown="rubber.roughness"),
+          Is("ice.roughness.is_rough", shown="ice.roughness"), CHANGING_SPEED),
+         "k, D and H_V on rough ice are those of one speed", "a number"),
     Rule((DRY, OTHER_LAW), "it limits the shear of films", OF_FILMS),
     Rule((Is("film.dry_speed"), BLOCKS, CHANGING_SPEED), "an elastic body has no quasi-static "
          "motion under a strength that falls with its own speed, so it takes the load's",

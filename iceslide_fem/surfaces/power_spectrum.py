@@ -17,6 +17,8 @@ from numpy.typing import ArrayLike
 
 from iceslide_fem.runtime.arrays import Array
 
+ROUNDING = 1e-9  # of wave numbers
+
 
 @dataclass(frozen=True)
 class PowerSpectrum:
@@ -30,6 +32,12 @@ class PowerSpectrum:
         x, y, at = np.log(self.q), np.log(self.C), np.log(np.asarray(q, dtype=float))
         i = np.clip(np.searchsorted(x, at) - 1, 0, len(self.q) - 2)
         return np.asarray(np.exp(y[i] + (y[i + 1] - y[i]) / (x[i + 1] - x[i]) * (at - x[i])))
+
+    def within(self, q: ArrayLike) -> Array:
+        """C (m4) at wave numbers (rad/m) of any shape; 0 beyond the ends."""
+        at = np.asarray(q, dtype=float)
+        inside = (at >= self.q[0] * (1.0 - ROUNDING)) & (at <= self.q[-1] * (1.0 + ROUNDING))
+        return np.where(inside, self(at), 0.0)
 
     @property
     def longest(self) -> float:

@@ -19,11 +19,11 @@ from typing import Any
 import numpy as np
 
 from iceslide_fem.film.hysteresis import hysteresis_of
-from iceslide_fem.film.rough_ice import sliding
 from iceslide_fem.preprocess.wheel.command import WHEEL
 from iceslide_fem.preprocess.work import run
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import Scene, as_toml
+from iceslide_fem.surfaces.rough_ice import sliding
 from scripts.studies.common import case, options, table
 from scripts.studies.measured_friction import PATCH, STOPS, WIDTH, G, Stops
 

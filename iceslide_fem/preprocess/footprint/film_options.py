@@ -126,11 +126,12 @@ class FilmOptions(CommandOptions):
 
     @property
     def contact_of(self) -> ContactTable | ConstantContact:
-        """k, D and H_V over pressure (Pa): those of the law, or of --contact as its table stands.
+        """k, D and H_V over pressure (Pa) on smooth ice: those of the law, or of --contact as its
+        table stands.
 
         That table is taken as one of the tread's own rubber.
         """
-        return self.law.contact_parameters if self.contact is None else self.law.given_table
+        return self.law.contact_on_smooth_ice if self.contact is None else self.law.given_table
 
     @property
     def temperatures(self) -> Sequence[float]:

@@ -32,7 +32,7 @@ from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.ride import Ahead, Ride
 from iceslide_fem.runtime.arrays import Array, Index, Mask
 from iceslide_fem.runtime.errors import SimulationStopped
-from iceslide_fem.scene.contact_table import ConstantContact, ContactTable
+from iceslide_fem.scene.contact_table import ConstantContact, ContactTable, contact_on
 
 METHOD = INTEGRATORS["sdirk2"]
 # Relative to a pixel's time: the shortest step, and the rounding of the rest.
@@ -143,19 +143,20 @@ def films_along(
         for one in (ride.water_fraction, ride.thinnest_layer, ride.sliding_speed)
     )
     viscosity, variable_viscosity = ride.water(lines)
-    k, D, H_V, _ = contact_of(path.pressure)
-    voids = np.maximum(share[path.line] * H_V, thinnest[path.line])
     sliding = np.where(slides, speeds[path.line], 0.0)
+    below = np.broadcast_to(np.asarray(ride.temperature, dtype=float), (lines,))[path.line]
+    change = ride.change(path.pressure, sliding, below)
+    k, D, H_V, _ = contact_on(contact_of, path.pressure, change)
+    voids = np.maximum(share[path.line] * H_V, thinnest[path.line])
     limit, eta = ride.limit, viscosity[path.line]
     of_pixels = variable_viscosity and variable_viscosity.take(path.line)
     dry = float(np.max(ride.initial_height))
     layer = share[path.line]
-    carried = ride.wet and ride.wet.carried(path.pressure, contact_of, eta, dry, layer)
+    carried = ride.wet and ride.wet.carried(path.pressure, contact_of, eta, dry, layer, change)
     limit = limit and limit._replace(viscosity=eta)
     components = of_pixels, limit, carried, ride.refreeze
     rough = None
     if ride.hysteresis is not None:
-        below = np.broadcast_to(np.asarray(ride.temperature, dtype=float), (lines,))[path.line]
         rough = ride.hysteresis.at(path.pressure, sliding, below)
     loads = film_loads(path.pressure, sliding, k, D, voids, eta, *components, rough=rough)
     gaps = path.behind > 0

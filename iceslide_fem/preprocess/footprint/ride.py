@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -28,6 +28,9 @@ from iceslide_fem.scene import Scene
 from iceslide_fem.scene.contact_table import ConstantContact, ContactTable
 from iceslide_fem.scene.materials import BOTTOMLESS, ICE, WATER_VISCOSITY, Ground, Solid
 
+if TYPE_CHECKING:  # takes long to import, and only rough ice needs it
+    from iceslide_fem.surfaces.combined_contact import Change, CombinedContact
+
 
 class WetIce(NamedTuple):
     """Water of a `height` (m) on the ice, and the length of the `lug` (m) for outflow."""
@@ -35,10 +38,12 @@ class WetIce(NamedTuple):
     height: float
     lug: float
 
-    def voids(self, contact_of: ContactTable | ConstantContact) -> Voids:
-        """The voids between rubber and ice, from a table of k, D and H_V."""
+    def voids(
+        self, contact_of: ContactTable | ConstantContact, rough: Change | None = None
+    ) -> Voids:
+        """The voids between rubber and ice, from a table of k, D and H_V; rough: as of `Voids`."""
         assert isinstance(contact_of, ContactTable)  # wet ice allows tables only
-        return Voids(contact_of, self.lug)
+        return Voids(contact_of, self.lug, rough)
 
     def carried(
         self,
@@ -47,19 +52,24 @@ class WetIce(NamedTuple):
         viscosity: Array,
         first_height: float,
         flows: Array | float,
+        rough: Change | None = None,
     ) -> Carried:
         """The voids under `pressure` (Pa), (n,), in full contact, with `viscosity` (Pa s).
 
-        first_height: of films without water, m; flows: as of `Carried`.
+        first_height: of films without water, m; flows, rough: as of `Carried` and `Voids`.
         """
-        voids, whole = self.voids(contact_of), np.ones_like(pressure)
+        voids, whole = self.voids(contact_of, rough), np.ones_like(pressure)
         return Carried(voids, pressure, whole, viscosity, 1.0, first_height, flows=flows)
 
     def borne(
-        self, pressure: Array, water: Array, contact_of: ContactTable | ConstantContact
+        self,
+        pressure: Array,
+        water: Array,
+        contact_of: ContactTable | ConstantContact,
+        rough: Change | None = None,
     ) -> Array:
         """Pressure p_f (Pa) on `water` (m) under a `pressure` (Pa), any shape."""
-        return pressure - self.voids(contact_of).contact_pressure(pressure, water)
+        return pressure - self.voids(contact_of, rough).contact_pressure(pressure, water)
 
 
 class Ahead(NamedTuple):
@@ -95,7 +105,8 @@ class Ride(NamedTuple):
     ageing contact, or None. wet: water on the ice with load-bearing voids, or None. refreeze: which
     water freezes. warm: rubber that takes heat, or None. passes: over the same ice; ground: below
     it. own_temperature: of the rubber where it enters, K, or None for that of the ice. hysteresis:
-    on rough ice, or None; rate: how the strength depends on speed, or None.
+    on rough ice, or None; rate: how the strength depends on speed, or None; rough: what rough ice
+    changes in the contact, or None.
     """
 
     speed: float | Array
@@ -115,6 +126,7 @@ class Ride(NamedTuple):
     own_temperature: float | None = None
     hysteresis: Hysteresis | None = None
     rate: SpeedLaw | None = None
+    rough: CombinedContact | None = None
 
     @classmethod
     def of(
@@ -139,7 +151,7 @@ class Ride(NamedTuple):
             law.water.table or law.water.viscosity,
             law.water_speed,
             shear_strength(law),
-            age and replace(age, holds=False),
+            age and replace(age, table=law.touching_table, holds=False),
             WetIce(law.ice.water, lug) if film.voids == "carry" else None,
             law.refreeze,
             WarmRubber(law.rubber.solid, half_film(law)) if law.rubber.heat else None,
@@ -148,7 +160,12 @@ class Ride(NamedTuple):
             law.rubber.temperature,
             hysteresis_of(law),
             speed_law(law),
+            law.rough_contact,
         )
+
+    def change(self, pressure: Array, speed: Array, kelvin: Array) -> Change | None:
+        """What rough ice of a temperature (K) changes under pressures (Pa), at speeds (m/s)."""
+        return None if self.rough is None else self.rough.at(pressure, speed, kelvin)
 
     @property
     def limit(self) -> LimitingShear | None:

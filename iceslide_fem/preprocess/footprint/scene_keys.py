@@ -40,6 +40,9 @@ TAKEN = (
     *"ice.roughness.rms ice.roughness.hurst ice.roughness.longest ice.roughness.shortest".split(),
     *"ice.roughness.gamma ice.roughness.map ice.roughness.pixel".split(),
     "ice.roughness.height_unit",
+    *"rubber.roughness.rms rubber.roughness.hurst rubber.roughness.longest".split(),
+    *"rubber.roughness.shortest rubber.roughness.map rubber.roughness.pixel".split(),
+    "rubber.roughness.height_unit",
     *"load.passes load.period film.between".split(),
     *"friction.law friction.mu friction.table friction.parameters".split(),
 )

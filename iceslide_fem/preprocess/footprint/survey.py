@@ -69,11 +69,13 @@ class Survey(NamedTuple):
     def borne(self) -> Array | None:
         """p_f (Pa), (ny, nx), at the exit of a pixel; None without load-bearing voids."""
         footprint = self.read.pressure_map
-        wet = self.case.ride(footprint.contact_length).wet
-        if wet is None:
+        ride = self.case.ride(footprint.contact_length)
+        if ride.wet is None:
             return None
-        contact_of = self.case.contact_of
-        return wet.borne(footprint.pressure, self.film.squeezed, contact_of)
+        p, contact_of = footprint.pressure, self.case.contact_of
+        kelvin, speed = (np.asarray(one) for one in (ride.temperature, ride.sliding_speed))
+        change = ride.change(p, speed, kelvin)
+        return ride.wet.borne(p, self.film.squeezed, contact_of, change)
 
     @property
     def outside(self) -> Mask:

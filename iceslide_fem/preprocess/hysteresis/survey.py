@@ -8,10 +8,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from iceslide_fem.film.hysteresis import Hysteresis, hysteresis_of
-from iceslide_fem.film.rough_ice import Sliding
 from iceslide_fem.preprocess.hysteresis.case import HysteresisCase
 from iceslide_fem.runs.notes import counted_twice
 from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.scene.contact_table import contact_on
+from iceslide_fem.surfaces.rough_ice import Sliding
 
 CUT_OFFS = 0.1, 0.32, 1.0, 3.2, 10.0  # shortest waves over that of the scene
 CHUNK = 500  # conditions at a time: more only take memory
@@ -56,8 +57,10 @@ def survey(case: HysteresisCase) -> Found:
         at = law.along(reduced[some], pressure[some])
         mu.append(at.mu)
         fraction.append(at.contact_fraction)
-    contact = scene.contact_parameters
-    k = np.broadcast_to(contact(pressure).k, pressure.shape)
+    both = scene.rough_contact
+    change = None if both is None else both.at(pressure, speed, kelvin)
+    contact = contact_on(scene.contact_on_smooth_ice, pressure, change)
+    k = np.broadcast_to(contact.k, pressure.shape)
     cuts = []
     for factor in CUT_OFFS:
         wave = factor * law.ice.shortest

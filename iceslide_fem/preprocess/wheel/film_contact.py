@@ -20,7 +20,8 @@ from iceslide_fem.preprocess.footprint.ride import Ahead, Ride
 from iceslide_fem.preprocess.wheel.brush import Ends, ends_of
 from iceslide_fem.preprocess.wheel.contact import SLOWEST, Onset, Slid
 from iceslide_fem.runtime.arrays import Array, Mask
-from iceslide_fem.scene.contact_table import ConstantContact, ContactTable
+from iceslide_fem.scene.contact_table import ConstantContact, ContactTable, contact_on
+from iceslide_fem.surfaces.combined_contact import Change
 
 
 @dataclass(frozen=True)
@@ -53,10 +54,11 @@ class FilmContact:
         films, _ = self._films(pressure, nowhere, dx, ride)
         ahead = ride.ahead if self.start is None else self.start.ahead
         p_at_ends, states = ends_of(pressure, pressure > 0.0), (_before(films, ahead), films)
-        contacts = contacts_along(ride, pressure, dx / passing, self.contact_of)
+        change = _change(ride, pressure)
+        contacts = contacts_along(ride, pressure, dx / passing, self.contact_of, change)
         stress = [
             [
-                self._stress(p, film, contact, ride, at)
+                self._stress(p, film, contact, ride, at, change)
                 for at in (speed, np.full_like(speed, SLOWEST))
             ]
             for p, film, contact in zip(p_at_ends, states, contacts, strict=True)
@@ -85,7 +87,13 @@ class FilmContact:
         return films, partial(start_after, found, below, ride, self.tolerance)
 
     def _stress(
-        self, pressure: Array, films: FilmMap, contact: Contact, ride: Ride, speed: Array
+        self,
+        pressure: Array,
+        films: FilmMap,
+        contact: Contact,
+        ride: Ride,
+        speed: Array,
+        change: Change | None,
     ) -> Array:
         """Friction stress (Pa) under `pressure` (n, nx) at a slip `speed` (m/s, (n,))."""
         flat, speeds = pressure.ravel(), np.repeat(speed, pressure.shape[1])
@@ -95,7 +103,7 @@ class FilmContact:
         viscosity, limit = ride.viscosity_at(warm), ride.limit
         dry = float(np.max(ride.initial_height))
         k, D, H_V, softness = (part.ravel() for part in contact)
-        carried = ride.wet and ride.wet.carried(flat, self.contact_of, viscosity, dry, 1.0)
+        carried = ride.wet and ride.wet.carried(flat, self.contact_of, viscosity, dry, 1.0, change)
         carried = carried and carried._replace(softness=softness)
         limit = limit and limit._replace(viscosity=viscosity)
         before = np.broadcast_to(np.asarray(ride.temperature, dtype=float), speed.shape)
@@ -117,6 +125,18 @@ def _before(films: FilmMap, ahead: Ahead) -> FilmMap:
     return FilmMap._make(np.hstack([one, field[:, :-1]]) for one, field in pairs)
 
 
+def _change(ride: Ride, pressure: Array) -> Change | None:
+    """What rough ice changes below pixels (n, nx) of lines that slide, flat, (n nx,)."""
+    if ride.rough is None:
+        return None
+    lines, columns = pressure.shape
+    speed, kelvin = (
+        np.repeat(np.broadcast_to(np.asarray(one, dtype=float), (lines,)), columns)
+        for one in (ride.sliding_speed, ride.temperature)
+    )
+    return ride.change(pressure.ravel(), speed, kelvin)
+
+
 class Contact(NamedTuple):
     """k, D (m), H_V (m), and p_e / p of pixels, (n, nx)."""
 
@@ -127,13 +147,18 @@ class Contact(NamedTuple):
 
 
 def contacts_along(
-    ride: Ride, pressure: Array, passing: Array, contact_of: ContactTable | ConstantContact
+    ride: Ride,
+    pressure: Array,
+    passing: Array,
+    contact_of: ContactTable | ConstantContact,
+    change: Change | None = None,
 ) -> tuple[Contact, Contact]:
     """The contact at both ends of pixels (n, nx), the first column at the leading edge.
 
-    passing: time of the ice per pixel of each line, s, (n,).
+    passing: time of the ice per pixel of each line, s, (n,); change: of `_change`.
     """
-    k, D, H_V, _ = contact_of(pressure)
+    rough = change and Change(*(part.reshape(pressure.shape) for part in change))
+    k, D, H_V, _ = contact_on(contact_of, pressure, rough)
     if ride.age is None:
         fresh = Contact(k, D, H_V, np.ones_like(pressure))
         return fresh, fresh
@@ -150,6 +175,10 @@ def contacts_along(
     for history in (aged.entering, aged.leaving):
         contact = ride.age.so_far(history)
         values = contact(path.pressure)
+        if rough is not None:
+            here = path.line, columns - 1 - path.column
+            of_path = Change(*(part[here] for part in rough))
+            values = ride.age.table.changed(contact.equivalent(path.pressure), of_path)
         parts = []
         for whole, some in zip(
             (k, D, H_V, np.ones_like(k)),

@@ -96,14 +96,13 @@ def sliding(
     gamma: of (4); own: roughness of the rubber, whose waves outside the ice's are left out.
     """
     v, p = np.broadcast_arrays(np.atleast_1d(reduced_speed), np.atleast_1d(pressure))
-    lnq, half, weights, inside = _quadrature(ice.q)
+    lnq, half, weights, inside = quadrature(ice.q)
     q = np.exp(lnq)
     loss, square = rubber.means(v.astype(float)[:, None, None] * q)
     scale = (INCOMPRESSIBLE * p.astype(float))[:, None, None]
     stored = ice(q) * square
     if own is not None:
-        within = (q >= own.q[0]) & (q <= own.q[-1])
-        stored = stored + np.where(within, own(q), 0.0) * rubber.long_term**2
+        stored = stored + own.within(q) * rubber.long_term**2
     dG = 0.25 * np.pi * q**4 * stored / scale**2
     panels = half * (dG @ weights)
     before = np.cumsum(panels, axis=1) - panels
@@ -118,7 +117,7 @@ def sliding(
 
 
 @lru_cache(maxsize=8)
-def _quadrature(rows: tuple[float, ...]) -> tuple[Array, Array, Array, Array]:
+def quadrature(rows: tuple[float, ...]) -> tuple[Array, Array, Array, Array]:
     """Nodes ln q (panels, nodes), half lengths of panels, Gauss weights, and the matrix of the
     integrals from a panel's start to its nodes.
 
