@@ -14,7 +14,8 @@ PACKAGE = Path(__file__).parent.parent / "iceslide_fem"
 # From the ground up; a module or folder imports only what stands below its floor.
 FLOORS = [
     {"runtime"},
-    {"relaxation", "surfaces"},
+    {"relaxation"},
+    {"surfaces"},
     {"scene", "fenics"},
     {"film", "mesh"},
     {"laws"},

@@ -63,6 +63,10 @@ MADE = {
         "ice.roughness.rms=1um", "ice.roughness.longest=0.5mm", "ice.roughness.shortest=10um",
         *RELAXES,
     ),
+    "rubber.roughness.is_rough": (
+        "rubber.roughness.rms=1um", "rubber.roughness.longest=0.5mm",
+        "rubber.roughness.shortest=10um",
+    ),
     "film.conductance": "film.conductance=1e5",
     "ice.is_wet": "ice.water=20um",
     "ice.water_has_rows": "ice.water=[[0, 1e-6], [1, 2e-6]]",

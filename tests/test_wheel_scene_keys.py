@@ -42,8 +42,8 @@ DRY = {"film.dry_stress": "4 bar", "film.initial_height": 0.0}
 SPEED = {**DRY, "film.dry_speed": "1 mm/s", "film.dry_width": 3}
 WAVES = {"ice.roughness.longest": "0.5 mm", "ice.roughness.shortest": "5 um"}
 ROUGH = {**SOFT, **WAVES, "ice.roughness.rms": "1 um"}
-OWN = {"rubber.roughness.longest": "0.1 mm", "rubber.roughness.shortest": "10 um"}
-BOTH = {**ROUGH, **OWN, "rubber.roughness.rms": "4 um"}
+OF_RUBBER = {"rubber.roughness.longest": "0.1 mm", "rubber.roughness.shortest": "10 um"}
+BOTH = {**ROUGH, **OF_RUBBER, "rubber.roughness.rms": "4 um"}
 CARRY = {"film.voids": "carry", "film.contact": SURFACE, "ice.water": "20 um"}
 LUG = {**CARRY, "rubber.length": "10 mm", "rubber.width": "10 mm", "rubber.height": "10 mm"}
 COULOMB = {"friction.law": "coulomb", "friction.mu": 0.2}
@@ -139,7 +139,7 @@ GIVEN = {
     "ice.melting_temperature": ("-2 degC",),
     "ice.latent_heat": (1e5,),
     "ice.water": ("5 um", CARRY),
-    "rubber.roughness.rms": ("5 um", {**ROUGH, **OWN}),
+    "rubber.roughness.rms": ("5 um", {**ROUGH, **OF_RUBBER}),
     "rubber.roughness.hurst": (0.9, BOTH),
     "rubber.roughness.longest": ("0.2 mm", BOTH),
     "rubber.roughness.shortest": ("20 um", BOTH),

@@ -7,8 +7,8 @@ melting and saturation hold at the end of every step.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from typing import Any, NamedTuple, Protocol, Self, TypeVar
+from collections.abc import Callable, Sequence
+from typing import NamedTuple, Protocol, Self, TypeVar
 
 import numpy as np
 
@@ -40,9 +40,6 @@ class InterfaceState(NamedTuple):
     def take(self, index: Index) -> InterfaceState:
         """The state at the points of `index`."""
         return InterfaceState(*(part.take(index, axis=-1, mode="clip") for part in self))
-
-
-Parts = TypeVar("Parts", InterfaceState, FilmStage)
 
 
 class Weights(NamedTuple):
@@ -161,22 +158,6 @@ class Step(NamedTuple):
         weights = [weight / self.integrator.diagonal for weight in self.integrator.estimate]
         return weighted(weights, [part(change) for change in self.changes])
 
-    def in_one_stage(self, index: Index, other: Step) -> Step:
-        """This step, with the `other` one of one stage at `index`; its local error is 0."""
-        count = self.state.log_height.size
-
-        def changed(whole: Parts, values: Parts) -> Parts:
-            pairs: Iterator[tuple[Any, Any]] = zip(whole, values, strict=True)
-            parts: list[Any] = [_with(one, new, index, count) for one, new in pairs]
-            return type(whole)(*parts)
-
-        part = InterfaceState(*(self.integrator.diagonal * one for one in other.change))
-        return self._replace(
-            state=changed(self.state, other.state),
-            stages=[changed(stage, other.last) for stage in self.stages],
-            changes=[changed(change, part) for change in self.changes],
-        )
-
     @property
     def friction_work(self) -> Array:
         """Friction work over the step, J/m2: heat of ice and rubber, latent heat, hysteresis."""
@@ -293,15 +274,6 @@ def surface_errors(step: Step, ice: IceHeat, temperature_scale: Array, rubber: R
     of_ice = step.error(lambda change: ice.surface_temperature(change.ice))
     of_rubber = step.error(lambda change: rubber.surface_temperature(change.rubber))
     return np.maximum(np.abs(of_ice), np.abs(of_rubber)) / temperature_scale
-
-
-def _with(whole: Array, values: Array, index: Index, count: int) -> Array:
-    """`whole` with `values` at `index`; parts that do not have `count` points are none."""
-    if whole.shape[-1] != count:
-        return whole
-    whole = whole.copy()
-    whole[..., index] = values
-    return whole
 
 
 def _combine(

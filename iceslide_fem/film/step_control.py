@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -10,9 +10,10 @@ from iceslide_fem.film.driving import PointLoads
 from iceslide_fem.film.height import CLOSE
 from iceslide_fem.film.ice_heat import PointIce
 from iceslide_fem.film.integrators import InterfaceState, Step, Weights, advance
+from iceslide_fem.film.law import FilmStage
 from iceslide_fem.film.rubber_heat import INSULATED, RubberHeat
 from iceslide_fem.film.runge_kutta import INTEGRATORS, Integrator
-from iceslide_fem.runtime.arrays import Array, Mask
+from iceslide_fem.runtime.arrays import Array, Index, Mask
 
 SAFETY = 0.9
 # Residual of the film height equation, over the tolerance.
@@ -80,7 +81,7 @@ class StepControl(NamedTuple):
         if over.size:
             begins = state.take(over), loads.take(over), end.take(over), dt[over]
             bodies = ice.take(over), ONE_STAGE, rubber.take(over)
-            step = step.in_one_stage(over, advance(*begins, *bodies, close=self.close))
+            step = _in_one_stage(step, over, advance(*begins, *bodies, close=self.close))
         if self.tolerance is None:
             return Trial(step, np.isfinite(step.state.log_height), dt)
         weights = Weights(self.dry, SQUEEZED)
@@ -96,3 +97,27 @@ class Trial(NamedTuple):
     step: Step
     good: Mask
     following: Array
+
+
+Parts = TypeVar("Parts", InterfaceState, FilmStage)
+
+
+def _in_one_stage(step: Step, index: Index, other: Step) -> Step:
+    """The step, with the `other` one of one stage at `index`; its local error is 0."""
+    count = step.state.log_height.size
+
+    def changed(whole: Parts, values: Parts) -> Parts:
+        parts: list[Any] = []
+        for part, new in zip(whole, values, strict=True):
+            if part.shape[-1] == count:  # else it has no values
+                part = part.copy()
+                part[..., index] = new
+            parts.append(part)
+        return type(whole)(*parts)
+
+    own = InterfaceState(*(step.integrator.diagonal * one for one in other.change))
+    return step._replace(
+        state=changed(step.state, other.state),
+        stages=[changed(stage, other.last) for stage in step.stages],
+        changes=[changed(change, own) for change in step.changes],
+    )

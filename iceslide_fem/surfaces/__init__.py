@@ -1,4 +1,5 @@
-"""Rough surfaces: height maps of files, their Fourier series, statistics and power spectra.
+"""Rough surfaces: height maps of files, their Fourier series, statistics and power spectra, and
+rubber on them.
 
-Imports only `runtime`.
+Imports `relaxation` and `runtime`.
 """

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from iceslide_fem.surfaces.power_spectrum import PowerSpectrum
+from iceslide_fem.surfaces.power_spectrum import ROUNDING, PowerSpectrum
 from iceslide_fem.surfaces.surface import Surface, low_passed, spectrum, statistics
 
 PER_DECADE = 6  # rows of the spectrum
@@ -27,5 +27,6 @@ def measured(surface: Surface, shortest: float) -> PowerSpectrum:
     mean_q = np.exp(np.bincount(band, q * np.log(q))[there] / weight[there])
     mean_C = np.bincount(band, q * C)[there] / weight[there]
     rows = PowerSpectrum(tuple(mean_q), tuple(mean_C))
-    ends = np.unique([q[0], *mean_q[(mean_q > q[0]) & (mean_q < q[-1])], q[-1]])
+    inner = mean_q[(mean_q > q[0] * (1.0 + ROUNDING)) & (mean_q < q[-1] * (1.0 - ROUNDING))]
+    ends = np.array([q[0], *inner, q[-1]])
     return PowerSpectrum(tuple(ends), tuple(rows(ends))).scaled(rms)
