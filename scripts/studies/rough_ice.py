@@ -39,12 +39,19 @@ BELL = (
     "film.dry_width=5.27", 'film.dry_shift={reference="-20 degC", activation_energy="189 kJ/mol"}',
 )  # fmt: skip
 FAR = "ice.roughness.shortest=35um"
+# Waves of the surface file cases/surfaces/compound_B.toml.
+OF_RUBBER = (
+    "rubber.roughness.rms=4.95um", "rubber.roughness.hurst=0.99",
+    "rubber.roughness.longest=91.7um", "rubber.roughness.shortest=11.6um",
+)  # fmt: skip
 EFFECTS: Mapping[str, tuple[str, ...]] = {
     "dry and film": ("ice.roughness.rms=0um",),
     "1 um": ("ice.roughness.rms=1um",),
     "3 um": ("ice.roughness.rms=3um",),
     "10 um": ("ice.roughness.rms=10um",),
     "10 um, waves to 35 um": ("ice.roughness.rms=10um", FAR),
+    "3 um, both rough": ("ice.roughness.rms=3um", *OF_RUBBER),
+    "10 um, both rough": ("ice.roughness.rms=10um", *OF_RUBBER),
     "over speed": ("ice.roughness.rms=0um", *BELL),
     "3 um, over speed": ("ice.roughness.rms=3um", *BELL),
 }
@@ -81,14 +88,15 @@ def cost() -> Iterator[tuple[object, ...]]:
 
     yield "the law's table, ms", f"{1e3 * best(made):.0f}"
     seconds = {}
-    for name in ("dry and film", "3 um"):
+    for name in ("dry and film", "3 um", "3 um, both rough"):
         scene = case("rough_ice", *EFFECTS[name])
         with tempfile.TemporaryDirectory() as folder:
             given = wheel_options(Path(folder), scene, {"speed": "20km/h", "temperature": "-5degC"})
             out = Path(folder) / "wheel"
             seconds[name] = best(partial(run, WHEEL, given, out, True))
         yield f"a wheel's curve, {name}, s", f"{seconds[name]:.2f}"
-    yield "ratio", f"{seconds['3 um'] / seconds['dry and film']:.2f}"
+    for name in ("3 um", "3 um, both rough"):
+        yield f"ratio, {name}", f"{seconds[name] / seconds['dry and film']:.2f}"
 
 
 def best(work: Any) -> float:
