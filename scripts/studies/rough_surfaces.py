@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import argparse
 import importlib.util
-import os
+import json
 import subprocess
 import sys
 import tempfile
@@ -188,6 +188,13 @@ LIKE_B = {
     "rms_height": 5.8e-6, "hurst": 0.2, "rolloff": 175e-6, "shortest_wave": 35e-6, "skewness": -1.2,
 }  # fmt: skip
 FIVE = np.array([0.5, 1.0, 2.0, 3.5, 5.0]) * BAR
+# Processor seconds and memory (kB) of a command. A large process would count its own memory.
+MEASURED = """
+import json, resource, subprocess, sys
+subprocess.run(sys.argv[1:], stdout=subprocess.DEVNULL, check=True)
+used = resource.getrusage(resource.RUSAGE_CHILDREN)
+print(json.dumps([used.ru_utime + used.ru_stime, used.ru_maxrss]))
+"""
 Found = list[tuple[float, float]]  # fraction of pixels that touch, mean gap (m)
 
 
@@ -269,7 +276,7 @@ def seconds_of_programs(given: argparse.Namespace) -> Iterator[tuple[object, ...
 def of_command(given: argparse.Namespace) -> Iterator[tuple[object, ...]]:
     """Rows of the command on a map of an instrument: two sizes, whose difference is per pixel."""
     before: tuple[int, float] | None = None
-    for pixels in (128, 256) if given.quick else (512, 1024):
+    for pixels in (128, 512) if given.quick else (512, 1024):
         surface = generate(
             SurfaceSpec.model_validate(LIKE_B | {"size": pixels * 2e-6, "pixels": pixels})
         )
@@ -277,16 +284,15 @@ def of_command(given: argparse.Namespace) -> Iterator[tuple[object, ...]]:
             np.save(Path(folder, "map.npy"), surface.heights)
             words = ["roughness", f"{folder}/map.npy", "--pixel", "2um", "--shortest-wave", "8um"]
             words += ["--pressures", "0.5bar:5bar:5", "--out", f"{folder}/out"]
-            started = subprocess.Popen(iceslide_words(*words), stdout=subprocess.DEVNULL)
-            _, status, used = os.wait4(started.pid, 0)
-            started.returncode = os.waitstatus_to_exitcode(status)
-        if started.returncode:
-            sys.exit(f"{' '.join(words)} has ended with {started.returncode}")
-        memory = 1024.0 * used.ru_maxrss
+            measured = [sys.executable, "-c", MEASURED, *iceslide_words(*words)]
+            done = subprocess.run(measured, capture_output=True, text=True, check=False)
+        if done.returncode:
+            sys.exit(f"{' '.join(words)} has not ended: {done.stderr}")
+        seconds, kilobytes = json.loads(done.stdout)
+        memory = 1024.0 * kilobytes
         per_pixel = "" if before is None else (memory - before[1]) / (pixels**2 - before[0])
         before = pixels**2, memory
         shown = f"{per_pixel:.0f}" if per_pixel else ""
-        seconds = used.ru_utime + used.ru_stime
         yield f"{pixels} x {pixels}", f"{seconds:.1f}", f"{memory / 1e6:.0f}", shown
 
 
