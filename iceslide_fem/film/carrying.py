@@ -192,7 +192,8 @@ class Beside(NamedTuple):
         low = np.full_like(held, DRIEST) if self.by_area else held
         water = np.maximum(self.water, DRIEST) if self.by_area else np.minimum(self.water, held)
         found, left = self._with(water, ice, whole)
-        moves = left > (GONE * held if self.by_area else held)
+        least = GONE * self.carried.held if self.by_area else held
+        moves = left > least
         if not self.by_area:
             if not moves.any():
                 return found._replace(squeezed_height=left)  # not full: it bears nothing
@@ -201,7 +202,7 @@ class Beside(NamedTuple):
         elif not moves.all():
             water = np.where(moves, left, 0.0)
             found, left = self._with(water, ice, whole)
-            moves |= left > GONE * held
+            moves |= left > least
         high = np.full_like(held, np.inf)
         before, residual_before = np.full_like(water, np.nan), np.full_like(water, np.nan)
         for _ in range(MOST_PASSES):
