@@ -356,6 +356,9 @@ def test_the_cases_are_valid_and_named_after_their_files(path):
     if path.stem == "friction_drum":
         assert scene.several_passes and scene.ice.held == scene.ice.temperature
         return
+    if path.stem == "cad_tread":
+        assert scene.rubber.step is not None and scene.rubber.is_drawn
+        return
     if path.stem == "user_mesh":
         assert scene.rubber.mesh is not None and scene.rubber.mesh.is_file()
         return

@@ -109,6 +109,14 @@ GIVEN = {
     "rubber.inertia": (True,),
     "rubber.rows": (2, {}, ROWS),
     "rubber.row_pitch": ("40 mm", ROWS | {"rubber.rows": 2}),
+    "rubber.step": ("block.step", {"model": "block"}),
+    "rubber.step_unit": ("1 cm",),
+    "rubber.step_up": ("x",),
+    "rubber.step_along": ("y",),
+    "rubber.step_plane": ("1 mm",),
+    "rubber.step_gap": ("1 mm",),
+    "rubber.step_heal": ("1 um",),
+    "rubber.step_cells": ("tetrahedra",),
     "rubber.mesh": ("block.msh", {"model": "block"}),
     "rubber.mesh_unit": ("mm",),
     "rubber.mesh_tags": ({"rubber": 1},),
@@ -228,7 +236,7 @@ def folder(tmp_path_factory):
     heights = np.random.default_rng(3).standard_normal((32, 32))
     np.save(path / "ice.npy", 1e-7 * heights)
     np.savetxt(path / "ice.csv", 0.1 * heights, delimiter=",")
-    for name in ("block.msh", "ice.msh"):
+    for name in ("block.msh", "ice.msh", "block.step"):
         (path / name).write_text("$MeshFormat\n", encoding="utf-8")
     bare = "pressure_Pa,k,D_m,H_V_m\n1e3,0.01,1e-5,8e-6\n1e6,0.6,6e-5,3e-7\n"
     (path / "bare.csv").write_text(bare, encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Mesh of the rubber block: the built-in shape, an outline, or a user's mesh.
+"""Mesh of the rubber block: the built-in shape, an outline, a user's mesh, or CAD.
 
 Coordinates are (x, z) in a slice and (x, y, z) in a block, in m; z is vertical and the ice
 plane is z = 0. The rubber moves in +x, so its leading edge is x = +length/2. A symmetric block is
@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from iceslide_fem.mesh.box import box_lines
+from iceslide_fem.mesh.cad.tread import tread
 from iceslide_fem.mesh.gmsh_model import DistributedMesh, distribute_made
 from iceslide_fem.mesh.grid import with_sides
 from iceslide_fem.mesh.outline import outline_mesh
@@ -86,6 +87,8 @@ def tagged_rubber(scene: Scene) -> TaggedMesh:
     dim = 2 if scene.model == "slice" else 3
     if rubber.mesh is not None:
         return load_user_mesh(rubber.mesh, dim, rubber.mesh_unit, rubber.mesh_tags.items())
+    if rubber.step is not None:
+        return tread(rubber, dim, refinement)
     if rubber.outline is not None and dim == 3:
         return outline_mesh(rubber.outline, rubber.height, refinement)
     return block_mesh(built_in_shape(scene), refinement)
@@ -94,4 +97,4 @@ def tagged_rubber(scene: Scene) -> TaggedMesh:
 def _drawn(scene: Scene) -> bool:
     """Whether the user gives the shape, as a mesh or (not in a slice) as an outline."""
     outline = scene.rubber.outline is not None and scene.model != "slice"
-    return scene.rubber.mesh is not None or outline
+    return scene.rubber.is_drawn or outline

@@ -43,7 +43,7 @@ def cheapest(scene: Scene) -> ModelLevel:
     if "heat" in scene.ice.model_fields_set:
         heat = scene.ice.heat
     rubber = scene.rubber
-    if rubber.mesh is not None or rubber.outline is not None or rubber.grooves:
+    if rubber.is_drawn or rubber.outline is not None or rubber.grooves:
         return ModelLevel("block", heat, scene.numerics.refinement)
     attached = scene.ice.motion == "attached"  # estimates for sliding ice are rougher
     has_point = attached and not scene.ages_in_warm_rubber

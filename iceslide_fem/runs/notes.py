@@ -27,12 +27,14 @@ LARGEST_FRICTION = 2.0  # at t = 0
 
 NOT_OF_A_POINT = (
     "rubber.sipes rubber.grooves rubber.stores_water rubber.wall_friction rubber.edge_radius "
-    "rubber.chamfer rubber.draft_angle rubber.outline rubber.mesh rubber.inertia ice.margin "
-    "ice.cell ice.trail film.carrier film.water_speed film.pressure load.static_friction "
-    "numerics.refinement rubber.plate numerics.penalty numerics.shear_ramp_pressure "
+    "rubber.chamfer rubber.draft_angle rubber.outline rubber.mesh rubber.step "
+    "rubber.inertia ice.margin ice.cell ice.trail film.carrier film.water_speed film.pressure "
+    "load.static_friction numerics.refinement rubber.plate numerics.penalty "
+    "numerics.shear_ramp_pressure "
     "numerics.time_limit"
 ).split()
 
+OF_CAD = "step_unit step_up step_along step_plane step_gap step_heal step_cells".split()
 RELAXES = ["rubber.prony", "rubber.dma"]
 OF_THE_FILM = (
     "film.pressure film.k film.contact film.initial_height film.water_speed "
@@ -79,10 +81,19 @@ def _unused(scene: Scene) -> list[str]:
         reasons[f'with friction.law = "{law}"'] = [*no_history, *OF_THE_FILM]
     if not ice.roughness.is_rough:
         reasons["on smooth ice, whose contact is that of the film's table"] = ["rubber.roughness"]
-    if scene.rubber.mesh is not None:
-        shape = ["rubber.length", "rubber.width", "rubber.height"]
-        reasons["on the shape of the block, which is that of rubber.mesh"] = shape
-    else:
+    if scene.rubber.is_drawn:
+        shape, file = ["rubber.length", "rubber.width", "rubber.height"], "mesh"
+        if scene.rubber.step is not None:
+            file = "step"
+            shape += ["rubber.sipes", "rubber.grooves", "rubber.edge_radius", "rubber.chamfer"]
+        reasons[f"on the shape of the block, which is that of rubber.{file}"] = shape
+    if scene.rubber.step is None:
+        reasons["without rubber.step"] = [f"rubber.{name}" for name in OF_CAD]
+    elif scene.rubber.step.suffix.lower() != ".brep":
+        reasons["on a file that says its unit"] = ["rubber.step_unit"]
+    if scene.rubber.step is not None and scene.model != "slice":
+        reasons["in a block"] = ["rubber.step_plane"]
+    if scene.rubber.mesh is None:
         reasons["without rubber.mesh"] = ["rubber.mesh_unit", "rubber.mesh_tags"]
     if ice.mesh is None:
         reasons["without ice.mesh"] = ["ice.mesh_unit"]
@@ -98,7 +109,7 @@ def _unused(scene: Scene) -> list[str]:
         reasons["without rubber.sipes"] = ["rubber.sipe_width", "rubber.sipe_depth"]
     if scene.film.voids != "carry" or not scene.rubber.cuts:
         reasons['without rubber.sipes and film.voids = "carry"'] = ["rubber.stores_water"]
-    if not scene.rubber.cuts and not scene.rubber.grooves and scene.rubber.mesh is None:
+    if not scene.rubber.cuts and not scene.rubber.grooves and not scene.rubber.is_drawn:
         reasons["without walls that could meet"] = ["rubber.wall_friction"]
     if not scene.rubber.heat and not scene.rubber.inertia:
         reasons["without rubber.heat or rubber.inertia"] = ["rubber.density"]
@@ -242,7 +253,7 @@ def _rubber(scene: Scene) -> list[str]:
             f"load.pressure is {most / E:.0%} of Young's modulus ({_text(E, 'Pa')}); "
             f"up to {LARGEST_STRAIN:.0%} are known to work"
         )
-    if rubber.mesh is None and rubber.outline is None:
+    if not rubber.is_drawn and rubber.outline is None:
         length = rubber.length if scene.model == "slice" else min(rubber.length, rubber.width)
         limit = buckling_pressure(E, G, length, rubber.height)
         if most > limit:
@@ -261,7 +272,7 @@ def _rubber(scene: Scene) -> list[str]:
             "p",
         ),
     ):
-        if key == "penalty" and rubber.mesh is not None:  # its height is not yet known
+        if key == "penalty" and rubber.is_drawn:  # its height is not yet known
             continue
         if value is not None and not low * (1 - 1e-9) <= value / scale <= high * (1 + 1e-9):
             found.append(

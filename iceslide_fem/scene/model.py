@@ -33,6 +33,7 @@ if TYPE_CHECKING:  # takes long to import, and only rough ice needs it
 
 FILE_KEYS = (
     ("rubber", "mesh"),
+    ("rubber", "step"),
     ("rubber", "outline"),
     ("rubber", "dma"),
     ("ice", "mesh"),

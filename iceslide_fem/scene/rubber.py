@@ -40,6 +40,7 @@ from iceslide_fem.scene.relaxation import Arms, Factors, Wlf
 from iceslide_fem.scene.roughness import RubberRoughness
 from iceslide_fem.scene.units import Quantity, Table, key
 
+CAD_FILES = ".step", ".stp", ".iges", ".igs", ".brep"
 LEAST_INSTANTANEOUS_NU = 0.3  # for viscoelastic rubber
 Length = Annotated[float, Quantity("m", "10 um", "1 m")]
 Stiffness = Annotated[float, Quantity("Pa", "0 MPa", "10000 MPa")]
@@ -195,6 +196,41 @@ class Rubber(Table):
         "= 1, contact = 2, plate = 3 }`.",
     )
 
+    step: InputFile | None = key(
+        None,
+        "Path of a CAD file of the tread instead of its shape or a mesh: `.step`, `.stp`, `.iges`, "
+        "`.igs` or `.brep`; relative to the scene file. Its parts are named by geometry "
+        "(`iceslide info --picture`).",
+    )
+    step_unit: Annotated[float, Quantity("m", "1 um", "1 m")] = key(
+        1e-3, "Unit of the lengths of a `.brep` file. Other files say theirs."
+    )
+    step_up: Literal["auto", "x", "-x", "y", "-y", "z", "-z"] = key(
+        "auto",
+        "Axis of the file that points from the ice to the plate. `auto` is the end with the "
+        "largest surplus of flat area.",
+    )
+    step_along: Literal["x", "-x", "y", "-y", "z", "-z"] = key(
+        "x", "Axis of the file that points where the rubber slides."
+    )
+    step_plane: Annotated[float, Quantity("m", "-1 m", "1 m")] | None = key(
+        None, "Distance from the middle of the tread, across the slide, at which a slice is cut."
+    )
+    step_gap: Length | None = key(
+        None, "Distance over which walls of sipes face each other; by default half of the height."
+    )
+    step_heal: Annotated[float, Quantity("m", "0 m", "0.1 mm")] = key(
+        0.0, "Gaps between faces up to this width are closed."
+    )
+    step_cells: Literal["auto", "hexahedra", "tetrahedra"] = key(
+        "auto", "Cells of a block: hexahedra if the solid is a sweep across the slide."
+    )
+
+    @property
+    def is_drawn(self) -> bool:
+        """Whether a file has the shape, as a mesh or by CAD."""
+        return self.mesh is not None or self.step is not None
+
     @field_validator("compound")
     @classmethod
     def _published(cls, compound: str | None) -> str | None:
@@ -225,6 +261,11 @@ class Rubber(Table):
                 )
         if self.outline is not None:
             read_outline(self.outline, "rubber.outline")
+        if self.step is not None and self.step.suffix.lower() not in CAD_FILES:
+            raise ValueError(
+                f"rubber.step = {self.step} has another suffix than those of CAD files; allowed: "
+                f"{', '.join(CAD_FILES)}"
+            )
         return self
 
     @property

@@ -130,6 +130,8 @@ RULES = (
          "the arms, or the table that they are fitted to"),
     Rule((Is("rubber.wlf"), Is("rubber.shift_factors")), "", "one of them"),
     Rule((Is("rubber.outline"), Is("rubber.mesh")), "", "one of them"),
+    Rule((Is("rubber.step"), Is("rubber.mesh")), "", "one of them"),
+    Rule((Is("rubber.step"), Is("rubber.outline")), "", "one of them"),
     *(
         Rule((Is(cut), Is(f"rubber.{other}")), "it is cut into the built-in box only",
              f"cuts drawn in the {other}")
@@ -202,6 +204,7 @@ RULES = (
         for condition, allowed in (
             (Is("film.k"), "film.contact, or a compound's table"),
             (Is("rubber.mesh"), "rubber.length and rubber.sipes"),
+            (Is("rubber.step"), "rubber.length and rubber.sipes"),
             (Is("film.pressure", ("nominal",)), "'local'"),
             (Is("film.water_speed", (0.0,), shown="film.water_speed = 0"), "more than 0"),
             (REFREEZES, 'film.refreeze = "area" or "nothing"'),

@@ -67,7 +67,7 @@ def check_contradictions(scene: Tables) -> None:
         )
     check_shape(scene.rubber)
     _rows_are_apart(scene)
-    fault = None if scene.rubber.mesh is not None else too_short(scene, scene.rubber.length)
+    fault = None if scene.rubber.is_drawn else too_short(scene, scene.rubber.length)
     if fault is not None:
         raise ValueError(fault)
     check_ground(scene.ice)
@@ -139,7 +139,7 @@ def _rough_ice_is_known(scene: Tables) -> None:
         )
     found = roughness.spectrum
     assert found is not None
-    if scene.model != "point" and rubber.mesh is None and found.longest > rubber.length:
+    if scene.model != "point" and not rubber.is_drawn and found.longest > rubber.length:
         raise ValueError(
             f"ice.roughness has waves up to {readable(found.longest, 'm')}, longer than "
             f"rubber.length = {readable(rubber.length, 'm')}: they tilt the block and do not "
@@ -212,7 +212,7 @@ def too_soft(scene: Tables, height: float) -> str | None:
 
 def _contact_is_stiff(scene: Tables) -> None:
     """Raise ValueError if the user's penalty or shear ramp is too soft."""
-    fault = None if scene.rubber.mesh is not None else too_soft(scene, scene.rubber.height)
+    fault = None if scene.rubber.is_drawn else too_soft(scene, scene.rubber.height)
     if fault is not None:
         raise ValueError(fault)
     ramp = scene.numerics.shear_ramp_pressure

@@ -50,7 +50,7 @@ def of_mesh(scene: Scene) -> str:
 
 def _models(scene: Scene) -> tuple[str, ...]:
     """Models of the rubber that the scene allows, the finest last."""
-    own_mesh = scene.rubber.mesh is not None
+    own_mesh = scene.rubber.is_drawn
     # on sliding ice a point represents the ice by its time below the block
     on_ice = scene.film.carrier == "ice" and scene.friction.law == "film"
     has_point = scene.ice.motion == "attached" or (

@@ -66,7 +66,7 @@ def climb(
     with failing_together(MPI.COMM_WORLD), ExitStack() as claim:
 
         def take() -> None:
-            if scene.rubber.mesh is not None:
+            if scene.rubber.is_drawn:
                 check_memory(on_level(scene, ModelLevel(of_mesh(scene), scene.ice.heat, 1.0)))
             read = list(scene.files.values())
             claim.enter_context(claimed(out, partial(_other_results, scene), force, read))

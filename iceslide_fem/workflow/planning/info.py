@@ -225,7 +225,7 @@ def _rubber(scene: Scene, size: tuple[float, ...]) -> list[Row]:
         Row("rubber", "shear wave time", readable(wave, "s"), of_run),
         *relaxation_rows(scene),
     ]
-    if not scene.rubber.inertia and scene.rubber.mesh is None:  # error of the quasi-static box
+    if not scene.rubber.inertia and not scene.rubber.is_drawn:  # error of the quasi-static box
         effect = f"{simplifications(scene).inertia.effect:.2g}"
         meaning = "of μ(t) for a moment at most, of its mean far less: rubber.inertia resolves it"
         rows.append(Row("rubber", "inertia left out", effect, meaning))
@@ -241,8 +241,9 @@ def _mesh(scene: Scene) -> list[Row]:
     size = divisions(scene)
     counts = " x ".join(f"{size[name]:.0f}" for name in ("nx", "ny", "nz") if name in size)
     smallest, largest = readable(size["smallest_m"], "m"), readable(size["largest_m"], "m")
-    own = scene.rubber.mesh is not None
-    shape = counts or ("own mesh" if own else "by gmsh")
+    own = scene.rubber.is_drawn
+    drawn = "own mesh" if scene.rubber.mesh is not None else "from CAD"
+    shape = counts or (drawn if own else "by gmsh")
     half = "plane strain" if scene.model == "slice" else "3-D" if own else "the half with y ≥ 0"
     where = "finest at the contact's edges" if counts else "shortest and longest"
     rows = [

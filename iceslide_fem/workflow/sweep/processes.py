@@ -97,14 +97,16 @@ def forms_of(scene: Scene) -> tuple[object, ...]:
     Material constants, loads and sizes are data of the forms, not code.
     """
     rubber, ice = scene.rubber, scene.ice
-    return scene.model, ice.heat, ice.motion, rubber.heat, rubber.inertia, rubber.mesh
+    return scene.model, ice.heat, ice.motion, rubber.heat, rubber.inertia, rubber.mesh, rubber.step
 
 
 def check_meshes(cases: Sequence[Case]) -> None:
     """Raise SceneError if a mesh file of `cases` cannot be used, before the first one runs."""
-    kinds = {(case.scene.model, case.scene.rubber.mesh): case for case in cases}
-    for (_, mesh), case in kinds.items():
-        if mesh is not None:
+    kinds = {
+        (case.scene.model, case.scene.rubber.mesh or case.scene.rubber.step): case for case in cases
+    }
+    for (_, drawing), case in kinds.items():
+        if drawing is not None:
             with tempfile.TemporaryDirectory() as folder:
                 done = _python("iceslide_fem.cli", "info", scene_file(Path(folder), case))
             if done.returncode == SceneError.exit_code:

@@ -1,0 +1,224 @@
+"""Cells of solids in gmsh's current model: tetrahedra, swept hexahedra, sections of quadrilaterals.
+
+Sizes are those of the built-in block (`box`): EDGE_CELL at horizontal edges, growing by EDGE_SLOPE.
+Cells of the built-in block are longer along x than along z. gmsh's sizes have no direction, so the
+shape is meshed after its axes are stretched to cells of one size.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import gmsh
+import numpy as np
+
+from iceslide_fem.mesh.box import EDGE_CELL, EDGE_SLOPE, LARGEST_CELL, box_lines, reference_cells
+from iceslide_fem.mesh.cad.solids import FLAT, LOOSE, BadCad, box_of, outer_faces
+from iceslide_fem.mesh.shape import BlockShape
+from iceslide_fem.mesh.tagged import IntArray
+from iceslide_fem.runtime.arrays import Array
+
+TETRAHEDRON, HEXAHEDRON, TRIANGLE, QUADRILATERAL, LINE = 4, 5, 2, 3, 1  # gmsh's numbers
+FACES = {TETRAHEDRON: TRIANGLE, HEXAHEDRON: QUADRILATERAL, QUADRILATERAL: LINE}
+CORNERS = {TETRAHEDRON: 4, HEXAHEDRON: 8, TRIANGLE: 3, QUADRILATERAL: 4, LINE: 2}
+SAMPLING = 100  # points of an edge from which distances count
+SAME = 1e-5  # of the height: mirrored areas and centroids
+_OPTIONS = {
+    "Mesh.MeshSizeExtendFromBoundary": 0,
+    "Mesh.MeshSizeFromPoints": 0,
+    "Mesh.MeshSizeFromCurvature": 0,
+    "General.NumThreads": 1,
+}
+_OF_TETRAHEDRA = {"Mesh.Algorithm": 6, "Mesh.Algorithm3D": 10, "Mesh.Optimize": 1}
+_OF_QUADRILATERALS = {"Mesh.Algorithm": 8, "Mesh.RecombinationAlgorithm": 2}
+
+
+class Meshed(NamedTuple):
+    """points (n, d); cells; outer facets and the numbers of their CAD faces; kind: gmsh's number;
+    symmetric: whether the cells are the half y >= 0.
+    """
+
+    points: Array
+    cells: IntArray
+    facets: IntArray
+    owner: IntArray
+    kind: int
+    symmetric: bool
+
+
+def is_symmetric(height: float) -> bool:
+    """Whether every face has a mirror image in y, by area and centroid."""
+    occ = gmsh.model.occ
+    faces = [face for _, face in gmsh.model.getEntities(2)]
+    size = np.array(
+        [[occ.getMass(2, face) / height**2, *np.array(occ.getCenterOfMass(2, face)) / height]
+         for face in faces]
+    )  # fmt: skip
+    other = size * [1.0, 1.0, -1.0, 1.0]
+    apart = np.linalg.norm(size[:, None] - other[None], axis=2).min(axis=1)
+    return bool(apart.max() < SAME)
+
+
+def is_swept(low: Array, high: Array) -> bool:
+    """Whether the solid is a sweep along y: two flat ends, and all other normals across y."""
+    near = FLAT * float((high - low).max()) + LOOSE
+    ends = 0
+    for face in outer_faces():
+        first, last = box_of([(2, face)])
+        if last[1] - first[1] < near:
+            if min(abs(first[1] - low[1]), abs(first[1] - high[1])) > near:
+                return False
+            ends += 1
+            continue
+        begin, end = gmsh.model.getParametrizationBounds(2, face)
+        for u in np.linspace(0.1, 0.9, 5):
+            for v in np.linspace(0.1, 0.9, 5):
+                place = [begin[0] + u * (end[0] - begin[0]), begin[1] + v * (end[1] - begin[1])]
+                if abs(gmsh.model.getNormal(face, place)[1]) > 1e-6:
+                    return False
+    return ends >= 2 and len(gmsh.model.getEntities(3)) == 1
+
+
+def shape_of(low: Array, high: Array, symmetric: bool, dim: int = 3) -> BlockShape:
+    """The box of the solid as a shape, for sizes of cells."""
+    sides = [(float(low[0]), float(high[0]))]
+    if dim == 3:
+        sides.append((0.0 if symmetric else float(low[1]), float(high[1])))
+    return BlockShape(sides, float(high[2]), symmetric)
+
+
+def tetrahedra(low: Array, high: Array, refinement: float) -> Meshed:
+    """The solids, or their half y >= 0, by tetrahedra."""
+    occ, height = gmsh.model.occ, float(high[2])
+    symmetric = is_symmetric(height)
+    if symmetric:
+        size = high - low
+        corner = low[0] - size[0], 0.0, -size[2]
+        half = occ.addBox(*corner, *(3.0 * size))
+        occ.intersect(gmsh.model.getEntities(3), [(3, half)])
+        occ.synchronize()
+    cells, reach = reference_cells(shape_of(low, high, symmetric), refinement)
+    stretch = cells[-1] / np.array(cells)
+    occ.dilate(gmsh.model.getEntities(3), 0.0, 0.0, 0.0, *stretch)
+    occ.synchronize()
+    near = FLAT * height + LOOSE
+    curves = []
+    for entity in gmsh.model.getEntities(1):
+        first, last = box_of([entity])
+        on_plane = symmetric and max(abs(first[1]), abs(last[1])) < near
+        if last[2] - first[2] < near and not on_plane:
+            curves.append(entity[1])
+    _sizes("CurvesList", curves, cells[-1], reach, _OF_TETRAHEDRA)
+    gmsh.model.mesh.generate(3)
+    return _collected(TETRAHEDRON, symmetric, 1.0 / stretch)
+
+
+def hexahedra(low: Array, high: Array, refinement: float) -> Meshed:
+    """A sweep along y, or its half y >= 0, by hexahedra: quadrilaterals of its end in layers."""
+    occ = gmsh.model.occ
+    symmetric = is_symmetric(float(high[2]))
+    block = shape_of(low, high, symmetric)
+    cells, reach = reference_cells(block, refinement)
+    near = FLAT * float((high - low).max()) + LOOSE
+    ends = [
+        (2, face) for face in outer_faces()
+        if all(abs(one[1] - high[1]) < near for one in box_of([(2, face)]))
+    ]  # fmt: skip
+    occ.remove(gmsh.model.getEntities(3))
+    others = [face for face in gmsh.model.getEntities(2) if face not in ends]
+    occ.remove(others, recursive=True)
+    stretch = np.array([cells[-1] / cells[0], 1.0, 1.0])
+    occ.dilate(ends, 0.0, 0.0, 0.0, *stretch)
+    lines = high[1] - box_lines(block, refinement)[1][::-1]  # from the end
+    layers = ((lines - lines[0]) / (lines[-1] - lines[0]))[1:]
+    far = -float(lines[-1] - lines[0])
+    occ.extrude(ends, 0.0, far, 0.0, [1] * len(layers), layers.tolist(), recombine=True)
+    occ.synchronize()
+    corners = [point for _, point in gmsh.model.getBoundary(ends, oriented=False, recursive=True)]
+    _sizes("PointsList", corners, cells[-1], reach, _OF_QUADRILATERALS)
+    for end in ends:
+        gmsh.model.mesh.setRecombine(*end)
+    gmsh.model.mesh.generate(3)
+    return _collected(HEXAHEDRON, symmetric, 1.0 / stretch)
+
+
+def section(low: Array, high: Array, at: float, refinement: float) -> Meshed:
+    """The section at y = `at` by quadrilaterals, points (x, z). Raises BadCad outside the ice."""
+    occ, size = gmsh.model.occ, high - low
+    plane = occ.addRectangle(low[0] - size[0], low[2] - size[2], 0.0, 3.0 * size[0], 3.0 * size[2])
+    occ.rotate([(2, plane)], 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.5 * np.pi)
+    occ.translate([(2, plane)], 0.0, at, 0.0)
+    occ.intersect(gmsh.model.getEntities(3), [(2, plane)])
+    occ.synchronize()
+    faces = gmsh.model.getEntities(2)
+    if not faces:
+        raise BadCad(f"has nothing at rubber.step_plane = {at:.6g} mm")
+    first, last = box_of(faces)
+    near = FLAT * float(size.max()) + LOOSE
+    if first[2] > near:
+        raise BadCad(
+            f"is {first[2]:.4g} mm above the ice at rubber.step_plane = {at:.6g} mm, in a groove "
+            "or a round edge; allowed: a plane that touches the ice"
+        )
+    cells, reach = reference_cells(shape_of(first, last, False, 2), refinement)
+    stretch = np.array([cells[-1] / cells[0], 1.0, 1.0])
+    occ.dilate(faces, 0.0, 0.0, 0.0, *stretch)
+    occ.synchronize()
+    corners = [point for _, point in gmsh.model.getEntities(0)]
+    _sizes("PointsList", corners, cells[-1], reach, _OF_QUADRILATERALS)
+    for face in faces:
+        gmsh.model.mesh.setRecombine(*face)
+    gmsh.model.mesh.generate(2)
+    found = _collected(QUADRILATERAL, False, 1.0 / stretch)
+    return found._replace(points=found.points[:, [0, 2]])
+
+
+def _sizes(
+    name: str, entities: Sequence[int], cell: float, reach: float, options: dict[str, int]
+) -> None:
+    """Sizes of cells by the distance to curves ("CurvesList") or points ("PointsList")."""
+    field = gmsh.model.mesh.field
+    distance, growth = field.add("Distance"), field.add("MathEval")
+    field.setNumbers(distance, name, entities)
+    field.setNumber(distance, "Sampling", SAMPLING)
+    smallest, slope = EDGE_CELL * cell, EDGE_SLOPE * EDGE_CELL * cell / reach
+    sizes = f"Min({smallest:.9g} + {slope:.9g} * F{distance}, {LARGEST_CELL * cell:.9g})"
+    field.setString(growth, "F", sizes)
+    field.setAsBackgroundMesh(growth)
+    for key, value in {**_OPTIONS, **options}.items():
+        gmsh.option.setNumber(key, value)
+
+
+def _collected(kind: int, symmetric: bool, scale: Array) -> Meshed:
+    """The mesh of the model, whose coordinates are multiplied by a `scale`."""
+    dim = 2 if kind == QUADRILATERAL else 3
+    cells = _elements(dim, [number for _, number in gmsh.model.getEntities(dim)], kind)[0]
+    sides = [
+        number for _, number in gmsh.model.getEntities(dim - 1)
+        if len(gmsh.model.getAdjacencies(dim - 1, number)[0]) == 1
+    ]  # fmt: skip
+    facets, owner = _elements(dim - 1, sides, FACES[kind])
+    if not len(cells):
+        raise BadCad("cannot be meshed: no cells are left; raise numerics.refinement")
+    numbers, coordinates, _ = gmsh.model.mesh.getNodes()
+    used = np.unique(cells)
+    order = np.argsort(numbers)
+    points = coordinates.reshape(-1, 3)[order[np.searchsorted(numbers, used, sorter=order)]]
+    where = np.zeros(int(used.max()) + 1, dtype=np.int64)
+    where[used] = np.arange(used.size)
+    return Meshed(points * scale, where[cells], where[facets], owner, kind, symmetric)
+
+
+def _elements(dim: int, entities: Sequence[int], kind: int) -> tuple[IntArray, IntArray]:
+    """Elements of a kind on entities, (n, corners), and the number of their entity, (n,)."""
+    found, owner = [np.zeros((0, CORNERS[kind]), dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
+    for entity in entities:
+        kinds, _, nodes = gmsh.model.mesh.getElements(dim, entity)
+        for each, some in zip(kinds, nodes, strict=True):
+            if each != kind:
+                raise BadCad("cannot be meshed by cells of one type; give rubber.step_cells")
+            some = np.asarray(some, dtype=np.int64).reshape(-1, CORNERS[kind])
+            found.append(some)
+            owner.append(np.full(len(some), entity, dtype=np.int64))
+    return np.concatenate(found), np.concatenate(owner)

@@ -1,0 +1,90 @@
+"""The mesh of a CAD file, made in a process of its own and kept while the file is the same."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import tempfile
+from dataclasses import asdict, dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from iceslide_fem.mesh.tagged import TaggedMesh
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.launch import environment_of_one
+from iceslide_fem.scene.rubber import Rubber
+
+MILLIMETRE = 1e-3
+LONGEST = 600.0  # s that meshing may take
+KINDS = {3: "quadrilateral", 4: "tetrahedron", 5: "hexahedron"}
+BREP = ".brep"
+
+
+@dataclass(frozen=True)
+class Options:
+    """What makes a mesh of a file: lengths in m, `unit` that of the file in m; the others as the
+    keys `rubber.step_...`.
+    """
+
+    path: str
+    dim: int
+    refinement: float
+    unit: float
+    up: str
+    along: str
+    plane: float | None
+    gap: float | None
+    heal: float
+    cells: str
+
+
+def options_of(rubber: Rubber, dim: int, refinement: float) -> Options:
+    """Those of a scene's rubber."""
+    assert rubber.step is not None
+    unit = rubber.step_unit if rubber.step.suffix.lower() == BREP else MILLIMETRE
+    return Options(
+        str(rubber.step), dim, refinement, unit, rubber.step_up, rubber.step_along,
+        rubber.step_plane, rubber.step_gap, rubber.step_heal, rubber.step_cells,
+    )  # fmt: skip
+
+
+def tread(rubber: Rubber, dim: int, refinement: float) -> TaggedMesh:
+    """The mesh of `rubber.step`, of dimension `dim`, with named facets. Raises SceneError."""
+    options = options_of(rubber, dim, refinement)
+    path = Path(options.path)
+    return _meshed(options, path.stat().st_mtime_ns if path.exists() else 0)
+
+
+@lru_cache(maxsize=4)  # a scene asks for its mesh several times
+def _meshed(options: Options, _stamp: int) -> TaggedMesh:
+    with tempfile.TemporaryDirectory() as folder:
+        result = Path(folder) / "mesh.npz"
+        words = [sys.executable, "-m", "iceslide_fem.mesh.cad.worker", json.dumps(asdict(options))]
+        try:
+            done = subprocess.run(
+                [*words, str(result)], capture_output=True, text=True, timeout=LONGEST,
+                env=environment_of_one(), check=False,
+            )  # fmt: skip
+        except subprocess.TimeoutExpired:
+            raise SceneError(
+                f"rubber.step {options.path} is not meshed after {LONGEST:g} s; allowed: a smaller "
+                "numerics.refinement, or a file without details that do not matter"
+            ) from None
+        if done.returncode == 2 and result.exists():
+            raise SceneError(f"rubber.step {options.path} {result.read_text(encoding='utf-8')}")
+        if done.returncode or not result.exists():
+            raise SceneError(
+                f"rubber.step {options.path} makes the CAD kernel crash; allowed: a file that it "
+                "reads, for instance saved anew as STEP AP214"
+            )
+        with np.load(result) as found:
+            facets = {
+                name.removeprefix("facets_"): found[name]
+                for name in found.files
+                if name.startswith("facets_")
+            }
+            kind = KINDS[int(found["kind"])]
+            return TaggedMesh(found["points"], kind, found["cells"], facets, "rubber")

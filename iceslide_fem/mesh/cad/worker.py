@@ -1,0 +1,76 @@
+"""Mesh a CAD file in this process: `python -m iceslide_fem.mesh.cad.worker OPTIONS RESULT`.
+
+OPTIONS is JSON (`tread.Options`). RESULT becomes a .npz with points (m), cells, names of facets and
+what was found; or, with exit code 2, a text file with one sentence.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import gmsh
+import numpy as np
+
+from iceslide_fem.mesh.cad.cells import Meshed, hexahedra, is_swept, section, tetrahedra
+from iceslide_fem.mesh.cad.naming import NEAR, named
+from iceslide_fem.mesh.cad.solids import BadCad, found_up, placed, read_solids
+from iceslide_fem.mesh.cad.tread import MILLIMETRE, Options
+from iceslide_fem.runtime.arrays import Array
+
+
+def meshed(options: Options) -> Meshed:
+    """Cells in file units. Raises BadCad."""
+    heal = options.heal / MILLIMETRE
+    solids = read_solids(Path(options.path), heal)
+    up = found_up(heal) if options.up == "auto" else options.up
+    low, high = placed(solids, up, options.along, heal)
+    if options.dim == 2:
+        at = (
+            0.5 * float(low[1] + high[1]) if options.plane is None else options.plane / options.unit
+        )
+        return section(low, high, at, options.refinement)
+    swept = options.cells == "hexahedra" or (options.cells == "auto" and is_swept(low, high))
+    if swept and not is_swept(low, high):
+        raise BadCad(
+            'is no sweep along y, which hexahedra need; allowed: rubber.step_cells = "tetrahedra"'
+        )
+    return (hexahedra if swept else tetrahedra)(low, high, options.refinement)
+
+
+def main() -> None:
+    """Write the mesh, or why there is none."""
+    options, result = Options(**json.loads(sys.argv[1])), Path(sys.argv[2])
+    gmsh.initialize(readConfigFiles=False, interruptible=False)
+    gmsh.option.setNumber("General.Terminal", 0)
+    try:
+        found = meshed(options)
+    except BadCad as error:
+        result.write_text(str(error), encoding="utf-8")
+        sys.exit(2)
+    except Exception as error:  # gmsh raises nothing more specific
+        result.write_text(f"cannot be meshed: {' '.join(str(error).split())}", encoding="utf-8")
+        sys.exit(2)
+    points = _snapped(found.points, found.symmetric)
+    height = float(points[:, -1].max())
+    gap = 0.5 * height if options.gap is None else options.gap / options.unit
+    facets = named(points, found.cells, found.facets, found.owner, gap, found.symmetric)
+    arrays: dict[str, Any] = {f"facets_{name}": nodes for name, nodes in facets.items()}
+    arrays |= {"points": points * options.unit, "cells": found.cells, "kind": found.kind}
+    np.savez(result, **arrays)
+
+
+def _snapped(points: Array, symmetric: bool) -> Array:
+    """Points with heights 0 and H, and y = 0, without rounding."""
+    points = points.copy()
+    points[:, -1] -= points[:, -1].min()
+    height = float(points[:, -1].max())
+    for axis, value in ((-1, 0.0), (-1, height), *(((1, 0.0),) if symmetric else ())):
+        points[np.abs(points[:, axis] - value) < NEAR * height, axis] = value
+    return points
+
+
+if __name__ == "__main__":
+    main()

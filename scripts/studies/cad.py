@@ -1,0 +1,79 @@
+"""Treads from CAD beside built-in ones: mean mu, and seconds with meshing.
+
+Treads of `meshes/make_step.py`, 20 x 10 x 8 mm, of compound B at 1 bar, 3 m/s and -4 degC.
+"""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+from iceslide_fem.mesh.rubber import divisions
+from iceslide_fem.scene import Scene, scene_from_dict
+from iceslide_fem.simulate import run
+from scripts.studies.common import ROOT, options, table
+
+SIZE = {"length": 20e-3, "width": 10e-3, "height": 8e-3}
+SIPES = [{"position": 1e-3 * x, "width": 0.4e-3, "depth": 6e-3} for x in (-6, -2, 2, 6)]
+BUILT_IN: dict[str, dict[str, Any]] = {"plain": SIZE, "sipes4": {**SIZE, "sipes": SIPES}}
+CELLS = {"slice": ("auto",), "block": ("hexahedra", "tetrahedra")}
+
+
+def scene(model: str, rubber: dict[str, Any], duration: float) -> Scene:
+    """A tread on ice."""
+    return scene_from_dict(
+        {
+            "name": "cad", "model": model, "rubber": {"compound": "B", **rubber},
+            "load": {"pressure": 1e5, "speed": 3.0, "duration": duration},
+            "ice": {"temperature": "-4 degC", "motion": "attached"},
+        }
+    )  # fmt: skip
+
+
+def measured(of: Scene) -> tuple[float, float, int]:
+    """Mean mu, seconds, and unknowns of the rubber."""
+    begun = perf_counter()
+    unknowns = int((2 if of.model == "slice" else 3) * divisions(of)["quadratic_nodes"])
+    with tempfile.TemporaryDirectory() as folder:
+        found = run(of, Path(folder) / "run")
+    return float(found["mu_mean"]), perf_counter() - begun, unknowns
+
+
+def rows(treads: Path, models: list[str], names: list[str], duration: float) -> Iterator[Any]:
+    """Mean mu of built-in treads, and its change by CAD."""
+    for model in models:
+        for name in names:
+            mu, seconds, unknowns = measured(scene(model, BUILT_IN[name], duration))
+            yield model, name, "built in", f"{mu:.5f}", "", unknowns, f"{seconds:.1f}"
+            for cells in CELLS[model]:
+                drawn = {"step": str(treads / f"{name}.step"), "step_cells": cells}
+                found, taken, count = measured(scene(model, drawn, duration))
+                change = f"{found / mu - 1.0:+.3%}"
+                yield model, name, cells, f"{found:.5f}", change, count, f"{taken:.1f}"
+
+
+def main() -> None:
+    """Print the table."""
+    parser = options(__doc__)
+    parser.add_argument("--models", nargs="+", choices=list(CELLS), default=list(CELLS))
+    parser.add_argument("--treads", nargs="+", choices=list(BUILT_IN), default=list(BUILT_IN))
+    parser.add_argument("--quick", action="store_true", help="plain slices, for a moment")
+    given: argparse.Namespace = parser.parse_args()
+    models, names, duration = given.models, given.treads, 3e-3
+    if given.quick:
+        models, names, duration = ["slice"], ["plain"], 1e-4
+    head = ("model", "tread", "cells", "mean mu", "change", "unknowns", "s")
+    with tempfile.TemporaryDirectory() as folder:
+        words = [sys.executable, str(ROOT / "meshes" / "make_step.py"), folder, *names]
+        subprocess.run(words, check=True, capture_output=True)
+        table(head, rows(Path(folder), models, names, duration))
+
+
+if __name__ == "__main__":
+    main()

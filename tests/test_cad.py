@@ -1,0 +1,231 @@
+"""Treads of CAD files: volumes, names, sections, turns, and files that are bad."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from iceslide_fem.mesh.rubber import tagged_rubber
+from iceslide_fem.mesh.soundness import Soundness
+from iceslide_fem.runs.notes import notes
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.scene import scene_from_dict
+from tests.program import exit_code
+
+ROOT = Path(__file__).parent.parent
+L, W, H = 20.0, 10.0, 8.0
+# mm3 of the solids, and mm2 of their middle sections
+VOLUMES = {
+    "slick": 1596.829, "sipes4": 1504.0, "zigzag": 1552.0, "tapered": 1697.785, "compound": 1440.0,
+    "profile": 1548.781,
+}  # fmt: skip
+SECTIONS = {
+    "slick": 159.893, "sipes4": 150.4, "zigzag": 155.2, "tapered": 163.194, "profile": 154.878,
+}  # fmt: skip
+# Draws bad files. gmsh's state is its process's, so it runs in one of its own.
+BAD = """
+import sys
+import gmsh
+folder = sys.argv[1]
+gmsh.initialize(readConfigFiles=False, interruptible=False)
+gmsh.option.setNumber("General.Terminal", 0)
+occ = gmsh.model.occ
+
+def save(name):
+    occ.synchronize()
+    gmsh.write(f"{folder}/{name}.step")
+    gmsh.model.remove()
+    gmsh.model.add("next")
+
+def faces(gap):
+    box = occ.addBox(-10, -5, 0, 20, 10, 8)
+    occ.synchronize()
+    sides = gmsh.model.getBoundary([(3, box)], oriented=False)
+    occ.remove([(3, box)])
+    if gap is None:
+        occ.remove(sides[:1])
+    else:
+        occ.translate(sides[:1], -gap, 0, 0)
+
+faces(None); save("open")
+faces(2e-3); save("gap")
+occ.addBox(0, 0, 0, 9, 9, 4); occ.addBox(0, 0, 3, 9, 9, 4); save("overlap")
+occ.addBox(0, 0, 0, 9, 9, 4); occ.addBox(0, 0, 5, 9, 9, 4); save("apart")
+box = occ.addBox(-10, -5, 0, 20, 10, 8)
+occ.rotate([(3, box)], 0, 0, 0, 0, 1, 0, 0.1); save("tilted")
+box = occ.addBox(-10, -5, 0, 20, 10, 8)
+occ.rotate([(3, box)], 0, 0, 0, 1, 0, 0, 3.141592653589793)
+occ.rotate([(3, box)], 0, 0, 0, 0, 0, 1, 1.5707963267948966)
+occ.translate([(3, box)], 100, 50, -30); save("turned")
+"""
+
+
+@pytest.fixture(scope="module")
+def treads(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("treads")
+    words = [sys.executable, str(ROOT / "meshes" / "make_step.py"), str(folder)]
+    done = subprocess.run(words, capture_output=True, text=True, check=True)
+    lines = [line.split() for line in done.stdout.splitlines() if line.endswith(" mm3")]
+    for name, volume, _ in lines:
+        assert float(volume) == pytest.approx(VOLUMES.get(name, L * W * H), abs=2e-3)
+    subprocess.run([sys.executable, "-c", BAD, str(folder)], capture_output=True, check=True)
+    whole = (folder / "plain.step").read_text()
+    (folder / "cut_off.step").write_text(whole[: len(whole) // 2])
+    (folder / "empty.step").write_text("")
+    return folder
+
+
+def scene(folder, name, model="block", refinement=1.0, **more):
+    return scene_from_dict(
+        {
+            "name": "cad", "model": model,
+            "rubber": {"compound": "B", "step": str(folder / f"{name}.step"), **more},
+            "load": {"pressure": 1e5, "speed": 3.0, "duration": 1e-4},
+            "ice": {"temperature": "-4 degC", "motion": "attached"},
+            "numerics": {"refinement": refinement},
+        }
+    )  # fmt: skip
+
+
+def measure(corners):
+    """Lengths of edges, or areas of faces, by corners (n, corners, d)."""
+    if corners.shape[-1] == 2:
+        return np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1).sum()
+    halves = [corners[:, [0, 1, 2]]]
+    if corners.shape[1] == 4:
+        halves.append(corners[:, [0, 2, 3]])
+    sides = [(one[:, 1] - one[:, 0], one[:, 2] - one[:, 0]) for one in halves]
+    return sum(0.5 * np.linalg.norm(np.cross(*pair), axis=1).sum() for pair in sides)
+
+
+def volume(tagged):
+    """Volume (area of a slice) by Gauss's theorem, mm3 or mm2."""
+    points = 1e3 * tagged.points
+    if points.shape[1] == 2:
+        a, b = points[tagged.cells], np.roll(points[tagged.cells], -1, axis=1)
+        return 0.5 * np.abs((a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]).sum(axis=1)).sum()
+    corners = points[tagged.cells]
+    split = [(0, 1, 2, 3)]
+    if tagged.cell_type == "hexahedron":
+        split = [(0, 1, 3, 4), (1, 2, 3, 6), (1, 3, 4, 6), (1, 4, 5, 6), (3, 4, 6, 7)]
+    whole = 0.0
+    for a, b, c, d in split:
+        sides = [corners[:, i] - corners[:, a] for i in (b, c, d)]
+        whole += np.abs(np.einsum("ij,ij->i", np.cross(sides[0], sides[1]), sides[2])).sum() / 6.0
+    return whole
+
+
+def areas(tagged):
+    return {name: measure(1e3 * tagged.points[nodes]) for name, nodes in tagged.facets.items()}
+
+
+@pytest.mark.parametrize("name", VOLUMES)
+def test_a_block_has_the_volume_and_the_names_of_its_solid(treads, name):
+    tagged = tagged_rubber(scene(treads, name))
+    kind = "hexahedron" if name in ("sipes4", "profile") else "tetrahedron"
+    assert tagged.cell_type == kind
+    round_edges = name in ("slick", "profile")
+    # All are symmetric, and half of them is meshed; chords of round edges cut corners.
+    assert 2.0 * volume(tagged) == pytest.approx(VOLUMES[name], rel=1e-3 if round_edges else 1e-6)
+    assert Soundness(tagged).fault(tagged.facets["plate"]) is None
+    found = areas(tagged)
+    assert found["plate"] == pytest.approx(112.93 if name == "tapered" else 0.5 * L * W, rel=1e-4)
+    walls = {"sipes4": 4, "profile": 2}
+    if name in walls:
+        less = 0.5 if name == "profile" else 0.0  # round edges are no walls
+        expected = walls[name] * 2 * 0.5 * W * (6.0 - less)
+        assert found["walls"] == pytest.approx(expected, rel=1e-6)
+    assert ("walls" in found) == (name in (*walls, "zigzag"))
+    heights = 1e3 * tagged.points[tagged.facets["contact"], -1]
+    assert heights.min() == 0.0 and heights.mean(axis=1).max() < 0.5 * H
+
+
+@pytest.mark.parametrize("name", SECTIONS)
+def test_a_slice_has_the_area_of_its_section(treads, name):
+    tagged = tagged_rubber(scene(treads, name, "slice"))
+    assert tagged.cell_type == "quadrilateral"
+    assert volume(tagged) == pytest.approx(SECTIONS[name], abs=4e-2)
+    assert ("walls" in tagged.facets) == (name in ("sipes4", "zigzag", "profile"))
+
+
+def test_a_slice_is_cut_where_it_is_asked_for(treads):
+    here = tagged_rubber(scene(treads, "zigzag", "slice", step_plane=1.3e-3))
+    assert volume(here) == pytest.approx(155.2, abs=1e-3)
+    beside = tagged_rubber(scene(treads, "compound", "slice", step_plane=2e-3))
+    assert volume(beside) == pytest.approx(160.0, abs=1e-3)
+    with pytest.raises(SceneError, match="4 mm above the ice at rubber.step_plane = 0 mm"):
+        tagged_rubber(scene(treads, "compound", "slice"))
+
+
+def test_a_turned_file_is_the_same_tread(treads):
+    tagged = tagged_rubber(scene(treads, "turned", step_up="-z", step_along="y"))
+    plain = tagged_rubber(scene(treads, "plain"))
+    assert volume(tagged) == pytest.approx(volume(plain))
+    np.testing.assert_allclose(np.ptp(tagged.points, axis=0), np.ptp(plain.points, axis=0))
+    across = tagged_rubber(scene(treads, "plain", step_along="y"))
+    assert 1e3 * np.ptp(across.points[:, 0]) == pytest.approx(W)
+
+
+def test_the_end_with_more_flat_area_is_up(treads):
+    """Of `compound` the base, and the round edges of `slick` are at the ice."""
+    for name in ("compound", "slick"):
+        tagged = tagged_rubber(scene(treads, name))
+        assert areas(tagged)["plate"] == pytest.approx(0.5 * L * W)
+
+
+def test_finer_cells_and_other_ones(treads):
+    coarse, fine = (len(tagged_rubber(scene(treads, "plain", refinement=r)).cells) for r in (1, 2))
+    assert fine > 4 * coarse
+    other = tagged_rubber(scene(treads, "plain", step_cells="tetrahedra"))
+    assert other.cell_type == "tetrahedron" and volume(other) == pytest.approx(0.5 * L * W * H)
+    with pytest.raises(SceneError, match="no sweep along y"):
+        tagged_rubber(scene(treads, "zigzag", step_cells="hexahedra"))
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("open", "has no solid: its faces do not close, one may be missing"),
+        ("gap", 'rubber.step_heal = "10 um" closes its gaps'),
+        ("overlap", "has solids that overlap"),
+        ("apart", "has 2 solids that do not touch"),
+        ("tilted", "has no flat top"),
+        ("cut_off", "cut off"),
+        ("empty", "cut off"),
+    ],
+)
+def test_a_bad_file_gets_a_sentence(treads, name, said):
+    with pytest.raises(SceneError, match=said) as caught:
+        tagged_rubber(scene(treads, name))
+    assert str(treads / f"{name}.step") in str(caught.value)
+
+
+def test_gaps_are_closed_if_it_is_asked_for(treads):
+    tagged = tagged_rubber(scene(treads, "gap", step_heal=1e-5))
+    whole = volume(tagged) * (2.0 if "symmetry" in tagged.facets else 1.0)
+    assert whole == pytest.approx(L * W * H, rel=1e-3)
+
+
+def test_other_suffixes_and_keys_are_refused(treads, tmp_path):
+    (tmp_path / "tread.stl").write_text("solid")
+    with pytest.raises(SceneError, match="another suffix"):
+        scene(treads, "plain", step=str(tmp_path / "tread.stl"))
+    with pytest.raises(SceneError, match="contradict"):
+        scene(treads, "plain", mesh=str(ROOT / "meshes" / "siped_block.msh"))
+    said = notes(scene(treads, "plain", length=5e-3, step_plane=1e-3))
+    assert any("rubber.length" in one and "rubber.step" in one for one in said)
+    assert any("rubber.step_plane" in one for one in said)
+
+
+def test_info_draws_a_tread(treads, tmp_path, capsys):
+    text = (
+        'name = "cad"\nmodel = "block"\n[rubber]\ncompound = "B"\n'
+        f'step = "{treads / "zigzag.step"}"\n[load]\npressure = "1 bar"\nspeed = "3 m/s"\n'
+        'duration = "1 ms"\n[ice]\ntemperature = "-4 degC"\nmotion = "attached"\n'
+    )
+    (tmp_path / "scene.toml").write_text(text)
+    picture = tmp_path / "tread.png"
+    assert exit_code("info", tmp_path / "scene.toml", "--picture", picture) == 0
+    assert picture.stat().st_size > 5000 and "from CAD" in capsys.readouterr().out
