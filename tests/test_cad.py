@@ -61,6 +61,15 @@ occ.rotate([(3, box)], 0, 0, 0, 0, 0, 1, 1.5707963267948966)
 occ.translate([(3, box)], 100, 50, -30); save("turned")
 """
 
+OTHERS = """
+import sys
+sys.path.insert(0, sys.argv[1])
+import gmsh
+import make_step
+gmsh.initialize(readConfigFiles=False, interruptible=False)
+make_step.write("sipes4", *sys.argv[2:])
+"""
+
 
 @pytest.fixture(scope="module")
 def treads(tmp_path_factory):
@@ -71,6 +80,11 @@ def treads(tmp_path_factory):
     for name, volume, _ in lines:
         assert float(volume) == pytest.approx(VOLUMES.get(name, L * W * H), abs=2e-3)
     subprocess.run([sys.executable, "-c", BAD, str(folder)], capture_output=True, check=True)
+    for suffix in (".iges", ".brep"):
+        subprocess.run(
+            [sys.executable, "-c", OTHERS, str(ROOT / "meshes"), str(folder), suffix],
+            capture_output=True, check=True,
+        )  # fmt: skip
     whole = (folder / "plain.step").read_text()
     (folder / "cut_off.step").write_text(whole[: len(whole) // 2])
     (folder / "empty.step").write_text("")
@@ -166,6 +180,15 @@ def test_a_turned_file_is_the_same_tread(treads):
     np.testing.assert_allclose(np.ptp(tagged.points, axis=0), np.ptp(plain.points, axis=0))
     across = tagged_rubber(scene(treads, "plain", step_along="y"))
     assert 1e3 * np.ptp(across.points[:, 0]) == pytest.approx(W)
+
+
+@pytest.mark.parametrize(("suffix", "unit"), [(".iges", 1e-3), (".brep", 1e-2)])
+def test_other_formats_are_the_same_tread(treads, suffix, unit):
+    """BREP says no unit."""
+    step = str(treads / f"sipes4{suffix}")
+    tagged = tagged_rubber(scene(treads, "plain", step=step, step_unit=unit))
+    scale = 1.0 if suffix == ".iges" else 1e3
+    assert 2.0 * volume(tagged) == pytest.approx(scale * VOLUMES["sipes4"], rel=1e-6)
 
 
 def test_the_end_with_more_flat_area_is_up(treads):

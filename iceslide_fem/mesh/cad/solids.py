@@ -34,7 +34,9 @@ def read_solids(path: Path, heal: float) -> list[Entity]:
     heal: gaps of faces (mm) that are closed. Raises BadCad.
     """
     occ = gmsh.model.occ
-    gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
+    # OpenCASCADE reads IGES in mm; its target unit is one of STEP.
+    step = path.suffix.lower() in (".step", ".stp")
+    gmsh.option.setString("Geometry.OCCTargetUnit", "MM" if step else "")
     try:
         occ.importShapes(str(path), highestDimOnly=True)
     except Exception:  # gmsh says only that it could not read the file
