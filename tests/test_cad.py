@@ -251,4 +251,6 @@ def test_info_draws_a_tread(treads, tmp_path, capsys):
     (tmp_path / "scene.toml").write_text(text)
     picture = tmp_path / "tread.png"
     assert exit_code("info", tmp_path / "scene.toml", "--picture", picture) == 0
-    assert picture.stat().st_size > 5000 and "from CAD" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert picture.stat().st_size > 5000 and "from CAD" in said
+    assert "z of the file" in said and "larger flat end" in said

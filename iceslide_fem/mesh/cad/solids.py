@@ -139,14 +139,16 @@ def flat_ends(heal: float) -> dict[str, float]:
     return ends
 
 
-def found_up(heal: float) -> str:
-    """The end with the largest surplus of flat area over the other one; z if it is a tie."""
+def found_up(heal: float) -> tuple[str, str]:
+    """The end with the largest surplus of flat area over the other one, and why; z if it is a
+    tie.
+    """
     ends = flat_ends(heal)
     surplus = {name: area - ends[_opposite(name)] for name, area in ends.items()}
     best = max(surplus, key=lambda name: surplus[name])
     if surplus[best] <= TIE * max(ends.values()):
-        return "z"
-    return best
+        return "z", "both ends are alike"
+    return best, "the larger flat end"
 
 
 def _opposite(axis: str) -> str:

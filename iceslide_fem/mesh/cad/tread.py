@@ -9,6 +9,7 @@ import tempfile
 from dataclasses import asdict, dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -41,6 +42,13 @@ class Options:
     cells: str
 
 
+class Drawn(NamedTuple):
+    """A tread, and the axis of its file that points to the plate, with the reason."""
+
+    tagged: TaggedMesh
+    up: tuple[str, str]
+
+
 def options_of(rubber: Rubber, dim: int, refinement: float) -> Options:
     """Those of a scene's rubber."""
     assert rubber.step is not None
@@ -53,13 +61,22 @@ def options_of(rubber: Rubber, dim: int, refinement: float) -> Options:
 
 def tread(rubber: Rubber, dim: int, refinement: float) -> TaggedMesh:
     """The mesh of `rubber.step`, of dimension `dim`, with named facets. Raises SceneError."""
+    return _drawn(rubber, dim, refinement).tagged
+
+
+def up_of(rubber: Rubber, dim: int, refinement: float) -> tuple[str, str]:
+    """The axis of the file that points to the plate, and why. Raises SceneError."""
+    return _drawn(rubber, dim, refinement).up
+
+
+def _drawn(rubber: Rubber, dim: int, refinement: float) -> Drawn:
     options = options_of(rubber, dim, refinement)
     path = Path(options.path)
     return _meshed(options, path.stat().st_mtime_ns if path.exists() else 0)
 
 
 @lru_cache(maxsize=4)  # a scene asks for its mesh several times
-def _meshed(options: Options, _stamp: int) -> TaggedMesh:
+def _meshed(options: Options, _stamp: int) -> Drawn:
     with tempfile.TemporaryDirectory() as folder:
         result = Path(folder) / "mesh.npz"
         words = [sys.executable, "-m", "iceslide_fem.mesh.cad.worker", json.dumps(asdict(options))]
@@ -87,4 +104,6 @@ def _meshed(options: Options, _stamp: int) -> TaggedMesh:
                 if name.startswith("facets_")
             }
             kind = KINDS[int(found["kind"])]
-            return TaggedMesh(found["points"], kind, found["cells"], facets, "rubber")
+            tagged = TaggedMesh(found["points"], kind, found["cells"], facets, "rubber")
+            axis, why = (str(word) for word in found["up"])
+            return Drawn(tagged, (axis, why))

@@ -21,23 +21,24 @@ from iceslide_fem.mesh.cad.tread import MILLIMETRE, Options
 from iceslide_fem.runtime.arrays import Array
 
 
-def meshed(options: Options) -> Meshed:
-    """Cells in file units. Raises BadCad."""
+def meshed(options: Options) -> tuple[Meshed, str, str]:
+    """Cells in file units, the axis of the file that is up, and why. Raises BadCad."""
     heal = options.heal / MILLIMETRE
     solids = read_solids(Path(options.path), heal)
-    up = found_up(heal) if options.up == "auto" else options.up
+    up, why = found_up(heal) if options.up == "auto" else (options.up, "as given")
     low, high = placed(solids, up, options.along, heal)
     if options.dim == 2:
         at = (
             0.5 * float(low[1] + high[1]) if options.plane is None else options.plane / options.unit
         )
-        return section(low, high, at, options.refinement)
+        return section(low, high, at, options.refinement), up, why
     swept = options.cells == "hexahedra" or (options.cells == "auto" and is_swept(low, high))
     if swept and not is_swept(low, high):
         raise BadCad(
             'is no sweep along y, which hexahedra need; allowed: rubber.step_cells = "tetrahedra"'
         )
-    return (hexahedra if swept else tetrahedra)(low, high, options.refinement)
+    mesh = hexahedra if swept else tetrahedra
+    return mesh(low, high, options.refinement), up, why
 
 
 def main() -> None:
@@ -46,7 +47,7 @@ def main() -> None:
     gmsh.initialize(readConfigFiles=False, interruptible=False)
     gmsh.option.setNumber("General.Terminal", 0)
     try:
-        found = meshed(options)
+        found, up, why = meshed(options)
     except BadCad as error:
         result.write_text(str(error), encoding="utf-8")
         sys.exit(2)
@@ -58,7 +59,12 @@ def main() -> None:
     gap = 0.5 * height if options.gap is None else options.gap / options.unit
     facets = named(points, found.cells, found.facets, found.owner, gap, found.symmetric)
     arrays: dict[str, Any] = {f"facets_{name}": nodes for name, nodes in facets.items()}
-    arrays |= {"points": points * options.unit, "cells": found.cells, "kind": found.kind}
+    arrays |= {
+        "points": points * options.unit,
+        "cells": found.cells,
+        "kind": found.kind,
+        "up": [up, why],
+    }
     np.savez(result, **arrays)
 
 

@@ -250,6 +250,12 @@ def _mesh(scene: Scene) -> list[Row]:
         Row("mesh", "cells of rubber", f"{size['cells']:.0f}", f"{shape}, {half}"),
         Row("mesh", "cell edges", f"{smallest} to {largest}", where),
     ]
+    if scene.rubber.step is not None:
+        from iceslide_fem.mesh.cad.tread import up_of
+
+        dim = 2 if scene.model == "slice" else 3
+        axis, why = up_of(scene.rubber, dim, scene.numerics.refinement)
+        rows.append(Row("mesh", "up", f"{axis} of the file", why))
     if shortage(scene) is None:
         angle = f"{smallest_angle(tagged_rubber(scene)):.0f}°"
         rows.append(Row("mesh", "smallest angle", angle, "between edges of a cell"))
