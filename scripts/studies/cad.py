@@ -20,8 +20,16 @@ from iceslide_fem.simulate import run
 from scripts.studies.common import ROOT, options, table
 
 SIZE = {"length": 20e-3, "width": 10e-3, "height": 8e-3}
-SIPES = [{"position": 1e-3 * x, "width": 0.4e-3, "depth": 6e-3} for x in (-6, -2, 2, 6)]
-BUILT_IN: dict[str, dict[str, Any]] = {"plain": SIZE, "sipes4": {**SIZE, "sipes": SIPES}}
+PLACES = {"sipes4": (-6, -2, 2, 6), "profile": (-4, 4)}
+SIPES = {
+    name: [{"position": 1e-3 * x, "width": 0.4e-3, "depth": 6e-3} for x in places]
+    for name, places in PLACES.items()
+}
+BUILT_IN: dict[str, dict[str, Any]] = {
+    "plain": SIZE,
+    "sipes4": {**SIZE, "sipes": SIPES["sipes4"]},
+    "profile": {**SIZE, "sipes": SIPES["profile"], "edge_radius": 0.5e-3},
+}
 CELLS = {"slice": ("auto",), "block": ("hexahedra", "tetrahedra")}
 
 

@@ -22,6 +22,7 @@ from iceslide_fem.runtime.arrays import Array
 TETRAHEDRON, HEXAHEDRON, TRIANGLE, QUADRILATERAL, LINE = 4, 5, 2, 3, 1  # gmsh's numbers
 FACES = {TETRAHEDRON: TRIANGLE, HEXAHEDRON: QUADRILATERAL, QUADRILATERAL: LINE}
 CORNERS = {TETRAHEDRON: 4, HEXAHEDRON: 8, TRIANGLE: 3, QUADRILATERAL: 4, LINE: 2}
+ROUND = 24  # cells of a full circle in a section
 SAMPLING = 100  # points of an edge from which distances count
 SAME = 1e-5  # of the height: mirrored areas and centroids
 _OPTIONS = {
@@ -166,7 +167,8 @@ def section(low: Array, high: Array, at: float, refinement: float) -> Meshed:
     occ.dilate(faces, 0.0, 0.0, 0.0, *stretch)
     occ.synchronize()
     corners = [point for _, point in gmsh.model.getEntities(0)]
-    _sizes("PointsList", corners, cells[-1], reach, _OF_QUADRILATERALS)
+    options = {**_OF_QUADRILATERALS, "Mesh.MeshSizeFromCurvature": ROUND}
+    _sizes("PointsList", corners, cells[-1], reach, options)
     for face in faces:
         gmsh.model.mesh.setRecombine(*face)
     gmsh.model.mesh.generate(2)
