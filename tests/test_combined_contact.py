@@ -23,7 +23,7 @@ from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import load_scene
 from iceslide_fem.surfaces.combined_contact import CombinedContact, gap
 from iceslide_fem.surfaces.power_spectrum import self_affine
-from iceslide_fem.surfaces.rough_ice import INCOMPRESSIBLE, Moduli, quadrature
+from iceslide_fem.surfaces.rough_ice import INCOMPRESSIBLE, Moduli, waves_of
 
 CASES = Path(__file__).parent.parent / "cases"
 OWN = ["rms=4.95um", "hurst=0.99", "longest=91.7um", "shortest=11.6um"]
@@ -76,8 +76,7 @@ def test_slow_rubber_touches_the_sum_of_both_surfaces():
     found = CombinedContact(ice, rubber, RUBBER, SHIFT, 2e6).exact(1e-15, PRESSURE)
     assert found.pressure == pytest.approx(rubber.slope / np.hypot(rubber.slope, ice.slope))
     assert found.width == pytest.approx(1.0)  # both have the same waves
-    nodes, half, gauss, _ = quadrature(ice.q)
-    q, weights = np.exp(nodes).ravel(), (half[:, None] * gauss).ravel()
+    q, weights = waves_of(ice, rubber)
     waves = [rubber(q), rubber(q) + ice(q)]
     alone, whole = (gap(C * 2e6, C * 4e12, q, weights, PRESSURE) for C in waves)
     assert found.gap == pytest.approx(whole - alone)
@@ -87,8 +86,7 @@ def test_slow_rubber_touches_the_sum_of_both_surfaces():
 def test_the_gap_of_light_contact_is_logarithmic():
     """du / d ln p is constant there (B. N. J. Persson, Phys. Rev. Lett. 99 (2007) 125502)."""
     rubber = self_affine(4e-6, 0.8, 1e-4, 1e-5)
-    nodes, half, gauss, _ = quadrature(rubber.q)
-    q, weights = np.exp(nodes).ravel(), (half[:, None] * gauss).ravel()
+    q, weights = waves_of(rubber)
     found = gap(rubber(q) * 2e6, rubber(q) * 4e12, q, weights, np.geomspace(1.0, 1e3, 4))
     steps = -np.diff(found) / np.log(10.0)
     assert steps == pytest.approx(steps[0], rel=0.02)

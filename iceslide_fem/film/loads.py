@@ -277,7 +277,7 @@ class FilmLoads(NamedTuple):
     def overfreezes(self, step: Step, ice: IceHeat) -> Mask:
         """Where stages of a `step` that ends here freeze more water on cold ice than there is."""
         more = step.state.squeezed_height < step.change.squeezed_height
-        return more & self._meets_cold_ice(step, ice)
+        return more & self._meets_cold_ice(step, ice) if more.any() else more
 
     def _meets_cold_ice(self, step: Step, ice: IceHeat) -> Mask:
         """Where water and ice that does not melt are in contact from the start of the `step`."""

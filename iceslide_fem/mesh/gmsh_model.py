@@ -12,7 +12,7 @@ import signal
 import sys
 import tempfile
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -32,8 +32,8 @@ if TYPE_CHECKING:
 
 _one_at_a_time = threading.RLock()
 _NAMES = {kind.gmsh: name for name, kind in KINDS.items()}
-_FACETS = {"triangle": "line", "quadrilateral": "line"}
-_FACETS |= {"tetrahedron": "triangle", "hexahedron": "quadrilateral"}
+FACETS = {"triangle": "line", "quadrilateral": "line"}
+FACETS |= {"tetrahedron": "triangle", "hexahedron": "quadrilateral"}
 
 
 class DistributedMesh(NamedTuple):
@@ -237,6 +237,38 @@ def nodes_of(model: Any, cells: IntArray) -> tuple[Array, IntArray]:
     return points, places
 
 
+QUADRILATERALS = {
+    "Mesh.Algorithm": 8,  # triangles that pair to good quadrilaterals
+    "Mesh.RecombinationAlgorithm": 2,  # leaves quadrilaterals only
+}
+
+
+def grade(
+    model: Any,
+    kind: str,
+    entities: Sequence[int],
+    sizes: tuple[float, float, float],
+    sampling: int,
+    options: Mapping[str, int],
+) -> None:
+    """Give the current model sizes of cells by the distance to curves ("CurvesList") or points
+    ("PointsList").
+
+    sizes: the smallest one, its growth per distance, and the largest one; sampling: points of a
+    curve from which distances count; options: of gmsh, beside those that leave sizes to the field.
+    """
+    field = model.mesh.field
+    distance, growth = field.add("Distance"), field.add("MathEval")
+    field.setNumbers(distance, kind, entities)
+    field.setNumber(distance, "Sampling", sampling)
+    smallest, slope, largest = sizes
+    field.setString(growth, "F", f"Min({smallest:.9g} + {slope:.9g} * F{distance}, {largest:.9g})")
+    field.setAsBackgroundMesh(growth)
+    of_field = ("ExtendFromBoundary", "FromPoints", "FromCurvature")
+    for name, value in {**{f"Mesh.MeshSize{one}": 0 for one in of_field}, **options}.items():
+        gmsh.option.setNumber(name, value)
+
+
 def _fill(model: Any, tagged: TaggedMesh) -> None:
     """Add a mesh to the current model, one discrete entity and physical group for each name."""
     count, dim = tagged.points.shape
@@ -255,4 +287,4 @@ def _fill(model: Any, tagged: TaggedMesh) -> None:
     for tag, (name, nodes) in enumerate(tagged.facets.items(), 1):
         if len(nodes):
             part = model.addDiscreteEntity(dim - 1)
-            add(dim - 1, part, _FACETS[tagged.cell_type], nodes, tag, name)
+            add(dim - 1, part, FACETS[tagged.cell_type], nodes, tag, name)

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from iceslide_fem.mesh.box import EDGE_CELL, EDGE_SLOPE, LARGEST_CELL, box_lines, reference_cells
-from iceslide_fem.mesh.gmsh_model import empty_model, nodes_of
+from iceslide_fem.mesh.gmsh_model import QUADRILATERALS, empty_model, grade, nodes_of
 from iceslide_fem.mesh.grid import snapped, with_parts
 from iceslide_fem.mesh.profile import part_choosers
 from iceslide_fem.mesh.shape import BlockShape
@@ -25,13 +25,6 @@ from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.outline_file import area, read_outline
 
-_OPTIONS = {
-    "Mesh.Algorithm": 8,  # triangles that pair to good quadrilaterals
-    "Mesh.RecombinationAlgorithm": 2,  # leaves quadrilaterals only
-    "Mesh.MeshSizeExtendFromBoundary": 0,
-    "Mesh.MeshSizeFromPoints": 0,
-    "Mesh.MeshSizeFromCurvature": 0,
-}
 MIRRORED = 1e-6  # of the size: tolerance of mirrored corners
 
 
@@ -110,15 +103,7 @@ def _sweep(
         for curve in outer:  # gmsh needs two cells for quadrilaterals
             pairs = max(round(model.occ.getMass(1, curve) / (2.0 * smallest)), 1)
             model.mesh.setTransfiniteCurve(curve, 2 * pairs + 1)
-        field = model.mesh.field
-        distance, growth = field.add("Distance"), field.add("MathEval")
-        field.setNumbers(distance, "CurvesList", outer)
-        field.setNumber(distance, "Sampling", 200)
-        sizes = f"Min({smallest:.9g} + {slope:.9g} * F{distance}, {largest:.9g})"
-        field.setString(growth, "F", sizes)
-        field.setAsBackgroundMesh(growth)
-        for name, value in _OPTIONS.items():
-            gmsh.option.setNumber(name, value)
+        grade(model, "CurvesList", outer, (smallest, slope, largest), 200, QUADRILATERALS)
         for _, surface in face:
             model.mesh.setRecombine(2, surface)
         model.mesh.generate(3)

@@ -72,6 +72,15 @@ def outer_facets(tagged: TaggedMesh) -> IntArray:
     return facets[np.sort(first[count == 1])]
 
 
+def cells_of(tagged: TaggedMesh, facets: IntArray) -> IntArray:
+    """Number of a cell that has each of the facets (n, corners), in any order of corners, (n,)."""
+    every = facets_of(tagged)
+    both = np.sort(np.concatenate([every, facets]), axis=1)
+    _, first, number = np.unique(both, axis=0, return_index=True, return_inverse=True)
+    per_cell = len(every) // len(tagged.cells)
+    return np.asarray(first[number.ravel()[len(every) :]] // per_cell)
+
+
 def among(facets: IntArray, others: IntArray) -> Mask:
     """Whether each of the facets (n, corners) is one of the `others`, in any order of corners."""
     both = np.sort(np.concatenate([facets, others]), axis=1)

@@ -12,6 +12,7 @@ from iceslide_fem.relaxation.doubts import of_fit, of_use
 from iceslide_fem.runtime.units import ZERO_CELSIUS, readable
 from iceslide_fem.scene.materials import BAR
 from iceslide_fem.scene.model import Scene
+from iceslide_fem.scene.rubber import BREP
 
 # docs/validation/stability.md, operating envelope, ends included
 ENVELOPE = {
@@ -89,7 +90,7 @@ def _unused(scene: Scene) -> list[str]:
         reasons[f"on the shape of the block, which is that of rubber.{file}"] = shape
     if scene.rubber.step is None:
         reasons["without rubber.step"] = [f"rubber.{name}" for name in OF_CAD]
-    elif scene.rubber.step.suffix.lower() != ".brep":
+    elif scene.rubber.step.suffix.lower() != BREP:
         reasons["on a file that says its unit"] = ["rubber.step_unit"]
     if scene.rubber.step is not None and scene.model != "slice":
         reasons["in a block"] = ["rubber.step_plane"]

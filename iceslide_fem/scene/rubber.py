@@ -40,7 +40,8 @@ from iceslide_fem.scene.relaxation import Arms, Factors, Wlf
 from iceslide_fem.scene.roughness import RubberRoughness
 from iceslide_fem.scene.units import Quantity, Table, key
 
-CAD_FILES = ".step", ".stp", ".iges", ".igs", ".brep"
+BREP = ".brep"  # says no unit
+CAD_FILES = ".step", ".stp", ".iges", ".igs", BREP
 LEAST_INSTANTANEOUS_NU = 0.3  # for viscoelastic rubber
 Length = Annotated[float, Quantity("m", "10 um", "1 m")]
 Stiffness = Annotated[float, Quantity("Pa", "0 MPa", "10000 MPa")]

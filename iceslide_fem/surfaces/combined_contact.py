@@ -32,7 +32,7 @@ from iceslide_fem.relaxation.prony import Relaxation
 from iceslide_fem.relaxation.shift import AnyShift
 from iceslide_fem.runtime.arrays import Array, Index
 from iceslide_fem.surfaces.power_spectrum import PowerSpectrum
-from iceslide_fem.surfaces.rough_ice import INCOMPRESSIBLE, Moduli, quadrature
+from iceslide_fem.surfaces.rough_ice import INCOMPRESSIBLE, Moduli, waves_of
 
 GAMMA = 0.45  # part of the elastic energy that stays where contact is partial
 PER_DECADE, ABOVE = 16, 5.0  # pressures of (4), and decades up to full contact
@@ -49,6 +49,10 @@ class Change(NamedTuple):
     def take(self, index: Index) -> Change:
         """The same at `index` of arrays (n,)."""
         return Change(*(part[index] for part in self))
+
+    def reshaped(self, *shape: int) -> Change:
+        """The same in another shape."""
+        return Change(*(part.reshape(shape) for part in self))
 
 
 def gap(energies: Array, squares: Array, q: Array, weights: Array, pressure: Array) -> Array:
@@ -93,8 +97,7 @@ class CombinedContact:
 
     def exact(self, reduced_speed: float, pressure: Array) -> Change:
         """The change at v a_T (m/s), under ascending pressures (Pa, (n,)), without a table."""
-        nodes, half, gauss, _ = quadrature(tuple(sorted({*self.ice.q, *self.own.q})))
-        q, weights = np.exp(nodes).ravel(), (half[:, None] * gauss).ravel()
+        q, weights = waves_of(self.ice, self.own)
         met = self.rubber.means(np.asarray(reduced_speed) * q)[1]
         C, C_r, E_r = self.ice.within(q), self.own.within(q), self.own_modulus
         alone, both = C_r * E_r**2, C * met + C_r * E_r**2

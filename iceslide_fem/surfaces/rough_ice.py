@@ -96,7 +96,7 @@ def sliding(
     gamma: of (4); own: roughness of the rubber, whose waves outside the ice's are left out.
     """
     v, p = np.broadcast_arrays(np.atleast_1d(reduced_speed), np.atleast_1d(pressure))
-    lnq, half, weights, inside = quadrature(ice.q)
+    lnq, half, weights, inside = _quadrature(ice.q)
     q = np.exp(lnq)
     loss, square = rubber.means(v.astype(float)[:, None, None] * q)
     scale = (INCOMPRESSIBLE * p.astype(float))[:, None, None]
@@ -116,8 +116,15 @@ def sliding(
     return Sliding(q.ravel(), P.reshape(n, -1), friction.reshape(n, -1), of_nodes, last)
 
 
+def waves_of(*spectra: PowerSpectrum) -> tuple[Array, Array]:
+    """Wave numbers q (rad/m) of all spectra, and weights of the quadrature over ln q, (m,)."""
+    rows = tuple(sorted({q for one in spectra for q in one.q}))
+    nodes, half, weights, _ = _quadrature(rows)
+    return np.exp(nodes).ravel(), (half[:, None] * weights).ravel()
+
+
 @lru_cache(maxsize=8)
-def quadrature(rows: tuple[float, ...]) -> tuple[Array, Array, Array, Array]:
+def _quadrature(rows: tuple[float, ...]) -> tuple[Array, Array, Array, Array]:
     """Nodes ln q (panels, nodes), half lengths of panels, Gauss weights, and the matrix of the
     integrals from a panel's start to its nodes.
 

@@ -20,14 +20,14 @@ from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.surfaces.combined_contact import Change, CombinedContact, gap
 from iceslide_fem.surfaces.power_spectrum import PowerSpectrum, self_affine
-from iceslide_fem.surfaces.rough_ice import INCOMPRESSIBLE, Moduli, quadrature
+from iceslide_fem.surfaces.rough_ice import INCOMPRESSIBLE, Moduli, waves_of
 from iceslide_fem.surfaces.surface import Surface
 from iceslide_fem.surfaces.waves import Waves
 from scripts.studies.common import options, table
 
 # Rubber of nine arms, as that of the case `rough_ice`.
-_i = np.arange(1.0, 10.0)
-ARMS = Moduli(2e6, np.asarray(0.6e6 * 1.9**_i), np.asarray(10.0**-_i))
+NUMBERS = np.arange(1.0, 10.0)
+ARMS = Moduli(2e6, np.asarray(0.6e6 * 1.9**NUMBERS), np.asarray(10.0**-NUMBERS))
 SHIFT = Shift(7.4005, 121.6, 20.0 + ZERO_CELSIUS)
 CELSIUS, PRESSURE = -2.0, 2e5
 SPEEDS = 1e-3, 0.1
@@ -83,8 +83,7 @@ def of_spectra(pair: Pair, reduced: float) -> tuple[Change, float]:
     change = CombinedContact(ice, own, ARMS, SHIFT, E).exact(reduced, p)
     rows = np.geomspace(own.q[0], own.q[1], 200)
     C = own(rows) + ice(rows) * stiffer(reduced, rows) ** 2
-    nodes, half, gauss, _ = quadrature(own.q)
-    q, weights = np.exp(nodes).ravel(), (half[:, None] * gauss).ravel()
+    q, weights = waves_of(own)
     both, alone = (
         gap(one(q) * E, one(q) * E**2, q, weights, p)
         for one in (PowerSpectrum(tuple(rows), tuple(C)), own)

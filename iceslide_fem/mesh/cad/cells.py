@@ -7,7 +7,7 @@ shape is meshed after its axes are stretched to cells of one size.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import gmsh
@@ -15,36 +15,26 @@ import numpy as np
 
 from iceslide_fem.mesh.box import EDGE_CELL, EDGE_SLOPE, LARGEST_CELL, box_lines, reference_cells
 from iceslide_fem.mesh.cad.solids import FLAT, LOOSE, BadCad, box_of, outer_faces
+from iceslide_fem.mesh.gmsh_model import FACETS, QUADRILATERALS, grade, nodes_of
+from iceslide_fem.mesh.named_cells import KINDS, Kind
 from iceslide_fem.mesh.shape import BlockShape
-from iceslide_fem.mesh.tagged import IntArray
+from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
 from iceslide_fem.runtime.arrays import Array
 
-TETRAHEDRON, HEXAHEDRON, TRIANGLE, QUADRILATERAL, LINE = 4, 5, 2, 3, 1  # gmsh's numbers
-FACES = {TETRAHEDRON: TRIANGLE, HEXAHEDRON: QUADRILATERAL, QUADRILATERAL: LINE}
-CORNERS = {TETRAHEDRON: 4, HEXAHEDRON: 8, TRIANGLE: 3, QUADRILATERAL: 4, LINE: 2}
 ROUND = 24  # cells of a full circle in a section
 SAMPLING = 100  # points of an edge from which distances count
 SAME = 1e-5  # of the height: mirrored areas and centroids
-_OPTIONS = {
-    "Mesh.MeshSizeExtendFromBoundary": 0,
-    "Mesh.MeshSizeFromPoints": 0,
-    "Mesh.MeshSizeFromCurvature": 0,
-    "General.NumThreads": 1,
-}
 _OF_TETRAHEDRA = {"Mesh.Algorithm": 6, "Mesh.Algorithm3D": 10, "Mesh.Optimize": 1}
-_OF_QUADRILATERALS = {"Mesh.Algorithm": 8, "Mesh.RecombinationAlgorithm": 2}
 
 
 class Meshed(NamedTuple):
-    """points (n, d); cells; outer facets and the numbers of their CAD faces; kind: gmsh's number;
-    symmetric: whether the cells are the half y >= 0.
+    """The cells; outer facets and the numbers of their CAD faces; symmetric: whether the cells are
+    the half y >= 0.
     """
 
-    points: Array
-    cells: IntArray
+    body: TaggedMesh
     facets: IntArray
     owner: IntArray
-    kind: int
     symmetric: bool
 
 
@@ -112,7 +102,7 @@ def tetrahedra(low: Array, high: Array, refinement: float) -> Meshed:
             curves.append(entity[1])
     _sizes("CurvesList", curves, cells[-1], reach, _OF_TETRAHEDRA)
     gmsh.model.mesh.generate(3)
-    return _collected(TETRAHEDRON, symmetric, 1.0 / stretch)
+    return _collected("tetrahedron", symmetric, 1.0 / stretch)
 
 
 def hexahedra(low: Array, high: Array, refinement: float) -> Meshed:
@@ -137,11 +127,11 @@ def hexahedra(low: Array, high: Array, refinement: float) -> Meshed:
     occ.extrude(ends, 0.0, far, 0.0, [1] * len(layers), layers.tolist(), recombine=True)
     occ.synchronize()
     corners = [point for _, point in gmsh.model.getBoundary(ends, oriented=False, recursive=True)]
-    _sizes("PointsList", corners, cells[-1], reach, _OF_QUADRILATERALS)
+    _sizes("PointsList", corners, cells[-1], reach, QUADRILATERALS)
     for end in ends:
         gmsh.model.mesh.setRecombine(*end)
     gmsh.model.mesh.generate(3)
-    return _collected(HEXAHEDRON, symmetric, 1.0 / stretch)
+    return _collected("hexahedron", symmetric, 1.0 / stretch)
 
 
 def section(low: Array, high: Array, at: float, refinement: float) -> Meshed:
@@ -167,60 +157,56 @@ def section(low: Array, high: Array, at: float, refinement: float) -> Meshed:
     occ.dilate(faces, 0.0, 0.0, 0.0, *stretch)
     occ.synchronize()
     corners = [point for _, point in gmsh.model.getEntities(0)]
-    options = {**_OF_QUADRILATERALS, "Mesh.MeshSizeFromCurvature": ROUND}
+    options = {**QUADRILATERALS, "Mesh.MeshSizeFromCurvature": ROUND}
     _sizes("PointsList", corners, cells[-1], reach, options)
     for face in faces:
         gmsh.model.mesh.setRecombine(*face)
     gmsh.model.mesh.generate(2)
-    found = _collected(QUADRILATERAL, False, 1.0 / stretch)
-    return found._replace(points=found.points[:, [0, 2]])
+    found = _collected("quadrilateral", False, 1.0 / stretch)
+    flat = found.body._replace(points=found.body.points[:, [0, 2]])
+    return found._replace(body=flat)
 
 
 def _sizes(
-    name: str, entities: Sequence[int], cell: float, reach: float, options: dict[str, int]
+    kind: str, entities: Sequence[int], cell: float, reach: float, options: Mapping[str, int]
 ) -> None:
-    """Sizes of cells by the distance to curves ("CurvesList") or points ("PointsList")."""
-    field = gmsh.model.mesh.field
-    distance, growth = field.add("Distance"), field.add("MathEval")
-    field.setNumbers(distance, name, entities)
-    field.setNumber(distance, "Sampling", SAMPLING)
-    smallest, slope = EDGE_CELL * cell, EDGE_SLOPE * EDGE_CELL * cell / reach
-    sizes = f"Min({smallest:.9g} + {slope:.9g} * F{distance}, {LARGEST_CELL * cell:.9g})"
-    field.setString(growth, "F", sizes)
-    field.setAsBackgroundMesh(growth)
-    for key, value in {**_OPTIONS, **options}.items():
-        gmsh.option.setNumber(key, value)
+    """Sizes of cells by the distance to curves or points (`gmsh_model.grade`)."""
+    smallest = EDGE_CELL * cell
+    sizes = smallest, EDGE_SLOPE * smallest / reach, LARGEST_CELL * cell
+    more = {"General.NumThreads": 1, **options}
+    grade(gmsh.model, kind, entities, sizes, SAMPLING, more)
 
 
-def _collected(kind: int, symmetric: bool, scale: Array) -> Meshed:
-    """The mesh of the model, whose coordinates are multiplied by a `scale`."""
-    dim = 2 if kind == QUADRILATERAL else 3
-    cells = _elements(dim, [number for _, number in gmsh.model.getEntities(dim)], kind)[0]
+def _collected(name: str, symmetric: bool, scale: Array) -> Meshed:
+    """The mesh of the model of `name` cells, whose coordinates are multiplied by a `scale`."""
+    kind = KINDS[name]
+    cells = _elements(kind, [number for _, number in gmsh.model.getEntities(kind.dim)])[0]
     sides = [
-        number for _, number in gmsh.model.getEntities(dim - 1)
-        if len(gmsh.model.getAdjacencies(dim - 1, number)[0]) == 1
+        number for _, number in gmsh.model.getEntities(kind.dim - 1)
+        if len(gmsh.model.getAdjacencies(kind.dim - 1, number)[0]) == 1
     ]  # fmt: skip
-    facets, owner = _elements(dim - 1, sides, FACES[kind])
+    facets, owner = _elements(KINDS[FACETS[name]], sides)
     if not len(cells):
         raise BadCad("cannot be meshed: no cells are left; raise numerics.refinement")
-    numbers, coordinates, _ = gmsh.model.mesh.getNodes()
-    used = np.unique(cells)
-    order = np.argsort(numbers)
-    points = coordinates.reshape(-1, 3)[order[np.searchsorted(numbers, used, sorter=order)]]
-    where = np.zeros(int(used.max()) + 1, dtype=np.int64)
-    where[used] = np.arange(used.size)
-    return Meshed(points * scale, where[cells], where[facets], owner, kind, symmetric)
+    points, places = nodes_of(gmsh.model, np.concatenate([cells.ravel(), facets.ravel()]))
+    cells, facets = (
+        some.reshape(-1, each.shape[1])
+        for some, each in zip(np.split(places, [cells.size]), (cells, facets), strict=True)
+    )
+    body = TaggedMesh(points * scale, name, cells, {}, "rubber")
+    return Meshed(body, facets, owner, symmetric)
 
 
-def _elements(dim: int, entities: Sequence[int], kind: int) -> tuple[IntArray, IntArray]:
+def _elements(kind: Kind, entities: Sequence[int]) -> tuple[IntArray, IntArray]:
     """Elements of a kind on entities, (n, corners), and the number of their entity, (n,)."""
-    found, owner = [np.zeros((0, CORNERS[kind]), dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
+    found = [np.zeros((0, kind.nodes), dtype=np.int64)]
+    owner = [np.zeros(0, dtype=np.int64)]
     for entity in entities:
-        kinds, _, nodes = gmsh.model.mesh.getElements(dim, entity)
+        kinds, _, nodes = gmsh.model.mesh.getElements(kind.dim, entity)
         for each, some in zip(kinds, nodes, strict=True):
-            if each != kind:
+            if each != kind.gmsh:
                 raise BadCad("cannot be meshed by cells of one type; give rubber.step_cells")
-            some = np.asarray(some, dtype=np.int64).reshape(-1, CORNERS[kind])
-            found.append(some)
-            owner.append(np.full(len(some), entity, dtype=np.int64))
+            corners = np.asarray(some, dtype=np.int64).reshape(-1, kind.nodes)
+            found.append(corners)
+            owner.append(np.full(len(corners), entity, dtype=np.int64))
     return np.concatenate(found), np.concatenate(owner)

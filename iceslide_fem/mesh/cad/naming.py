@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from iceslide_fem.mesh.profile import CONTACT_HEIGHT
-from iceslide_fem.mesh.tagged import IntArray
+from iceslide_fem.mesh.tagged import IntArray, TaggedMesh, cells_of
 from iceslide_fem.runtime.arrays import Array, Mask
 
 NEAR = 1e-6  # of the height
@@ -16,19 +16,19 @@ CHUNK = 200
 
 
 def named(
-    points: Array, cells: IntArray, facets: IntArray, owner: IntArray, gap: float, symmetric: bool
+    body: TaggedMesh, facets: IntArray, owner: IntArray, gap: float, symmetric: bool
 ) -> dict[str, IntArray]:
-    """Parts of the outer `facets` (n, corners) of a body whose lowest points are at 0.
+    """Parts of the outer `facets` (n, corners) of a `body` whose lowest points are at 0.
 
     owner: number of the CAD face (or edge) of each facet; gap: distance (as points) over which
     walls face each other. The plate is the flat top. Walls are faces that see another one across a
     gap. Contact is whatever looks down at the ice, or stands in the lower half of the height.
     """
-    corners, height = points[facets], float(points[:, -1].max())
+    corners, height = body.points[facets], float(body.points[:, -1].max())
     z, near = corners[..., -1], NEAR * height
     top = (z > height - near).all(axis=1)
     plane = symmetric & (np.abs(corners[..., 1]) <= near).all(axis=1)
-    wall = _walls(points, cells, facets, owner, gap) & ~top & ~plane
+    wall = _walls(body, facets, owner, gap) & ~top & ~plane
     lowest, upright = (z <= near).all(axis=1), np.ptp(z, axis=1) > near
     low = (z.mean(axis=1) < CONTACT_HEIGHT * height) & upright
     found = {"contact": (lowest | low) & ~top & ~plane & ~wall, "plate": top}
@@ -39,9 +39,9 @@ def named(
     return {name: facets[mask] for name, mask in found.items()}
 
 
-def _walls(points: Array, cells: IntArray, facets: IntArray, owner: IntArray, gap: float) -> Mask:
+def _walls(body: TaggedMesh, facets: IntArray, owner: IntArray, gap: float) -> Mask:
     """Facets of faces most of which see another one within the `gap`."""
-    normals = outward(points, cells, facets)
+    points, normals = body.points, outward(body, facets)
     upright = np.abs(normals[:, -1]) < STEEP
     starts, of = [], []
     for face in np.unique(owner[upright]):
@@ -62,33 +62,18 @@ def _walls(points: Array, cells: IntArray, facets: IntArray, owner: IntArray, ga
     return wall
 
 
-def outward(points: Array, cells: IntArray, facets: IntArray) -> Array:
+def outward(body: TaggedMesh, facets: IntArray) -> Array:
     """Outward unit normals (n, d) of outer facets."""
-    corners = points[facets]
+    points, corners = body.points, body.points[facets]
     if points.shape[1] == 2:
         along = corners[:, 1] - corners[:, 0]
         normals = np.stack([along[:, 1], -along[:, 0]], axis=1)
     else:
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, -1] - corners[:, 0])
     normals /= np.linalg.norm(normals, axis=1)[:, None]
-    cell_of = _cells_of(cells, facets)
-    inwards = points[cells[cell_of]].mean(axis=1) - corners.mean(axis=1)
+    cells = body.cells[cells_of(body, facets)]
+    inwards = points[cells].mean(axis=1) - corners.mean(axis=1)
     return np.asarray(-np.sign((inwards * normals).sum(axis=1))[:, None] * normals)
-
-
-def _cells_of(cells: IntArray, facets: IntArray) -> IntArray:
-    """The cell (n,) that has all corners of each facet."""
-    nodes = int(cells.max()) + 1
-    order = np.argsort(cells.ravel(), kind="stable")
-    ends = np.searchsorted(cells.ravel()[order], np.arange(nodes + 1))
-    found = np.empty(len(facets), dtype=np.int64)
-    for i, facet in enumerate(facets):
-        around = [order[ends[n] : ends[n + 1]] // cells.shape[1] for n in facet]
-        common = around[0]
-        for other in around[1:]:
-            common = np.intersect1d(common, other, assume_unique=True)
-        found[i] = common[0]
-    return found
 
 
 def simplices(corners: Array) -> Array:

@@ -16,12 +16,10 @@ import numpy as np
 from iceslide_fem.mesh.tagged import TaggedMesh
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.launch import environment_of_one
-from iceslide_fem.scene.rubber import Rubber
+from iceslide_fem.scene.rubber import BREP, Rubber
 
 MILLIMETRE = 1e-3
 LONGEST = 600.0  # s that meshing may take
-KINDS = {3: "quadrilateral", 4: "tetrahedron", 5: "hexahedron"}
-BREP = ".brep"
 
 
 @dataclass(frozen=True)
@@ -103,7 +101,6 @@ def _meshed(options: Options, _stamp: int) -> Drawn:
                 for name in found.files
                 if name.startswith("facets_")
             }
-            kind = KINDS[int(found["kind"])]
+            kind, axis, why = (str(word) for word in found["words"])
             tagged = TaggedMesh(found["points"], kind, found["cells"], facets, "rubber")
-            axis, why = (str(word) for word in found["up"])
             return Drawn(tagged, (axis, why))

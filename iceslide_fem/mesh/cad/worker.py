@@ -11,13 +11,13 @@ import sys
 from pathlib import Path
 from typing import Any
 
-import gmsh
 import numpy as np
 
 from iceslide_fem.mesh.cad.cells import Meshed, hexahedra, is_swept, section, tetrahedra
 from iceslide_fem.mesh.cad.naming import NEAR, named
 from iceslide_fem.mesh.cad.solids import BadCad, found_up, placed, read_solids
 from iceslide_fem.mesh.cad.tread import MILLIMETRE, Options
+from iceslide_fem.mesh.gmsh_model import empty_model
 from iceslide_fem.runtime.arrays import Array
 
 
@@ -32,40 +32,34 @@ def meshed(options: Options) -> tuple[Meshed, str, str]:
             0.5 * float(low[1] + high[1]) if options.plane is None else options.plane / options.unit
         )
         return section(low, high, at, options.refinement), up, why
-    swept = options.cells == "hexahedra" or (options.cells == "auto" and is_swept(low, high))
-    if swept and not is_swept(low, high):
+    sweep = options.cells != "tetrahedra" and is_swept(low, high)
+    if options.cells == "hexahedra" and not sweep:
         raise BadCad(
             'is no sweep along y, which hexahedra need; allowed: rubber.step_cells = "tetrahedra"'
         )
-    mesh = hexahedra if swept else tetrahedra
+    mesh = hexahedra if sweep else tetrahedra
     return mesh(low, high, options.refinement), up, why
 
 
 def main() -> None:
     """Write the mesh, or why there is none."""
     options, result = Options(**json.loads(sys.argv[1])), Path(sys.argv[2])
-    gmsh.initialize(readConfigFiles=False, interruptible=False)
-    gmsh.option.setNumber("General.Terminal", 0)
     try:
-        found, up, why = meshed(options)
+        with empty_model():
+            found, up, why = meshed(options)
     except BadCad as error:
         result.write_text(str(error), encoding="utf-8")
         sys.exit(2)
     except Exception as error:  # gmsh raises nothing more specific
         result.write_text(f"cannot be meshed: {' '.join(str(error).split())}", encoding="utf-8")
         sys.exit(2)
-    points = _snapped(found.points, found.symmetric)
-    height = float(points[:, -1].max())
-    gap = 0.5 * height if options.gap is None else options.gap / options.unit
-    facets = named(points, found.cells, found.facets, found.owner, gap, found.symmetric)
+    points = _snapped(found.body.points, found.symmetric)
+    body = found.body._replace(points=points)
+    gap = 0.5 * float(points[:, -1].max()) if options.gap is None else options.gap / options.unit
+    facets = named(body, found.facets, found.owner, gap, found.symmetric)
     arrays: dict[str, Any] = {f"facets_{name}": nodes for name, nodes in facets.items()}
-    arrays |= {
-        "points": points * options.unit,
-        "cells": found.cells,
-        "kind": found.kind,
-        "up": [up, why],
-    }
-    np.savez(result, **arrays)
+    arrays |= {"points": points * options.unit, "cells": body.cells}
+    np.savez(result, **arrays, words=[body.cell_type, up, why])
 
 
 def _snapped(points: Array, symmetric: bool) -> Array:

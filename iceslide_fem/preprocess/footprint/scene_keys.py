@@ -37,12 +37,12 @@ TAKEN = (
     *"film.k film.D film.H_V film.initial_height film.water_speed film.dry_stress".split(),
     *"film.dry_softening film.dry_residual film.voids film.refreeze".split(),
     *"film.dry_speed film.dry_width film.dry_rows film.dry_shift".split(),
-    *"ice.roughness.rms ice.roughness.hurst ice.roughness.longest ice.roughness.shortest".split(),
-    *"ice.roughness.gamma ice.roughness.map ice.roughness.pixel".split(),
-    "ice.roughness.height_unit",
-    *"rubber.roughness.rms rubber.roughness.hurst rubber.roughness.longest".split(),
-    *"rubber.roughness.shortest rubber.roughness.map rubber.roughness.pixel".split(),
-    "rubber.roughness.height_unit",
+    "ice.roughness.gamma",
+    *(
+        f"{body}.roughness.{name}"
+        for body in ("ice", "rubber")
+        for name in "rms hurst longest shortest map pixel height_unit".split()
+    ),
     *"load.passes load.period film.between".split(),
     *"friction.law friction.mu friction.table friction.parameters".split(),
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -21,7 +21,9 @@ from iceslide_fem.preprocess.wheel.brush import Ends, ends_of
 from iceslide_fem.preprocess.wheel.contact import SLOWEST, Onset, Slid
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.scene.contact_table import ConstantContact, ContactTable, contact_on
-from iceslide_fem.surfaces.combined_contact import Change
+
+if TYPE_CHECKING:  # takes long to import, and only rough ice needs it
+    from iceslide_fem.surfaces.combined_contact import Change
 
 
 @dataclass(frozen=True)
@@ -157,7 +159,7 @@ def contacts_along(
 
     passing: time of the ice per pixel of each line, s, (n,); change: of `_change`.
     """
-    rough = change and Change(*(part.reshape(pressure.shape) for part in change))
+    rough = None if change is None else change.reshaped(*pressure.shape)
     k, D, H_V, _ = contact_on(contact_of, pressure, rough)
     if ride.age is None:
         fresh = Contact(k, D, H_V, np.ones_like(pressure))
@@ -171,13 +173,13 @@ def contacts_along(
     aged = AgedPath.along(
         ride.age, None, path.line, path.pressure, path.behind, passing, kelvin, slower
     )
+    here = path.line, columns - 1 - path.column
+    of_path = change and change.take(np.ravel_multi_index(here, pressure.shape))
     found = []
     for history in (aged.entering, aged.leaving):
         contact = ride.age.so_far(history)
         values = contact(path.pressure)
-        if rough is not None:
-            here = path.line, columns - 1 - path.column
-            of_path = Change(*(part[here] for part in rough))
+        if of_path is not None:
             values = ride.age.table.changed(contact.equivalent(path.pressure), of_path)
         parts = []
         for whole, some in zip(
@@ -186,7 +188,7 @@ def contacts_along(
             strict=True,
         ):
             part = whole.copy()
-            part[path.line, columns - 1 - path.column] = some
+            part[here] = some
             parts.append(part)
         found.append(Contact(*parts))
     return found[0], found[1]

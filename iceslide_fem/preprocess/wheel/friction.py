@@ -57,17 +57,15 @@ def friction(
     fails.
     """
     pattern, parts = tread.pattern, np.ones(len(rolls), dtype=int)
+    ways = [footprint.dx * one.sliding_speed / one.forward for one in rolls]
     if pattern is not None:
-        ways = [footprint.dx * one.sliding_speed / one.forward for one in rolls]
         parts = np.array([pattern.refinement(way) for way in ways])
     columns = footprint.pressure.shape[1] * parts.max()
     seen = []
-    for one, finer in zip(rolls, parts, strict=True):
+    for way, finer in zip(ways, parts, strict=True):
         pressure = np.repeat(footprint.pressure[:, ::-1], finer, axis=1)
         if pattern is not None:
-            pressure = pattern.over(
-                pressure, footprint.dx / finer * one.sliding_speed / one.forward
-            )
+            pressure = pattern.over(pressure, way / finer)
         seen.append(np.pad(pressure, ((0, 0), (0, columns - pressure.shape[1]))))
     lines = len(seen[0])
     rise, speed, passing_of_tread, passing = (
