@@ -171,6 +171,8 @@ def test_a_slice_is_cut_where_it_is_asked_for(treads):
     assert volume(beside) == pytest.approx(160.0, abs=1e-3)
     with pytest.raises(SceneError, match="4 mm above the ice at rubber.step_plane = 0 mm"):
         tagged_rubber(scene(treads, "compound", "slice"))
+    with pytest.raises(SceneError, match="= 9 mm; allowed: -5 to 5 mm"):
+        tagged_rubber(scene(treads, "zigzag", "slice", step_plane=9e-3))
 
 
 def test_a_turned_file_is_the_same_tread(treads):

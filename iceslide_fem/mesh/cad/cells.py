@@ -144,7 +144,10 @@ def section(low: Array, high: Array, at: float, refinement: float) -> Meshed:
     occ.synchronize()
     faces = gmsh.model.getEntities(2)
     if not faces:
-        raise BadCad(f"has nothing at rubber.step_plane = {at:.6g} mm")
+        raise BadCad(
+            f"has nothing at rubber.step_plane = {at:.6g} mm; allowed: {low[1]:.6g} to "
+            f"{high[1]:.6g} mm"
+        )
     first, last = box_of(faces)
     near = FLAT * float(size.max()) + LOOSE
     if first[2] > near:
