@@ -7,6 +7,7 @@ from dolfinx import mesh as dolfinx_mesh
 
 from iceslide_fem.fenics.compat import MPI, PETSc
 from iceslide_fem.mesh.gmsh_model import DistributedMesh
+from iceslide_fem.rubber.materials import Material
 
 CELLS = ["triangle", "quadrilateral", "tetrahedron", "hexahedron"]
 SIZE = 1e-3  # m, of every edge
@@ -55,7 +56,16 @@ def a_block(cells, n=4, comm=MPI.COMM_WORLD):
     chosen = chosen[np.argsort(facets[chosen])]
     facet_tags = dolfinx_mesh.meshtags(mesh, dim - 1, facets[chosen], tags[chosen])
     mesh.geometry.x[:] *= SIZE
-    return DistributedMesh(mesh, facet_tags, {name: tag for tag, name in enumerate(parts, 1)})
+    every = mesh.topology.index_map(dim)
+    cells = np.arange(every.size_local + every.num_ghosts, dtype=np.int32)
+    cell_tags = dolfinx_mesh.meshtags(mesh, dim, cells, np.ones_like(cells))
+    tags = {name: tag for tag, name in enumerate(parts, 1)}
+    return DistributedMesh(mesh, facet_tags, tags, cell_tags, {"rubber": 1})
+
+
+def all_of(constants, relaxation=None, density=0.0):
+    """Materials of a block that is one rubber."""
+    return {"rubber": Material(constants, relaxation, density)}
 
 
 def ripple(rubber):

@@ -6,7 +6,7 @@ import pytest
 pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 
 import ufl  # noqa: E402
-from blocks import CELLS, SIZE, a_block, bend  # noqa: E402
+from blocks import CELLS, SIZE, a_block, all_of, bend  # noqa: E402
 
 from iceslide_fem.fenics import compat  # noqa: E402
 from iceslide_fem.laws.film import FilmLaw  # noqa: E402
@@ -35,7 +35,7 @@ FILM = FilmLaw(CONTACT_TABLES["B"], nominal=None, ramp_pressure=6e4)
 @pytest.fixture(params=CELLS)
 def bent(request):
     """A block deformed smoothly, partly through the ice, and its contact surface."""
-    rubber = HyperelasticBody(a_block(request.param), COMPOUNDS["B"])
+    rubber = HyperelasticBody(a_block(request.param), all_of(COMPOUNDS["B"]))
     bend(rubber)
     surface = contact_surface(rubber.space, rubber.facets("contact"), DEGREE)
     state = contact_state(surface, rubber.displacements, PENALTY)

@@ -5,7 +5,7 @@ import pytest
 
 pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 
-from blocks import CELLS, SIZE, a_block, bend, left_by, options_of_rubber  # noqa: E402
+from blocks import CELLS, SIZE, a_block, all_of, bend, left_by, options_of_rubber  # noqa: E402
 
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.rubber import contact_nodes  # noqa: E402
@@ -39,7 +39,7 @@ def sliding(pressure, displacement, mu=0.15):
 
 
 def equilibrium_of(cells, comm=MPI.COMM_WORLD):
-    rubber = HyperelasticBody(a_block(cells, N[cells], comm), B)
+    rubber = HyperelasticBody(a_block(cells, N[cells], comm), all_of(B))
     surface = contact_surface(rubber.space, rubber.facets("contact"), 4)
     return Equilibrium(rubber, surface, PENALTY)
 
@@ -174,7 +174,7 @@ def test_loads_are_answered_line_by_line_at_once():
 @pytest.mark.parametrize(("cells", "n"), [("quadrilateral", 16), ("hexahedron", 4)])
 def test_what_lacks_evenly_counts_however_many_nodes_share_it(cells, n):
     """Their forces alone would count less than this already here, and ever less."""
-    rubber = HyperelasticBody(a_block(cells, n), B)
+    rubber = HyperelasticBody(a_block(cells, n), all_of(B))
     surface = contact_surface(rubber.space, rubber.facets("contact"), 4)
     system = Equilibrium(rubber, surface, PENALTY)
     force = press(system, sliding)

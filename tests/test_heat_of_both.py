@@ -16,8 +16,8 @@ from iceslide_fem.heat.elements import (  # noqa: E402
 )
 from iceslide_fem.heat.equation import (  # noqa: E402
     HeatEquation,
-    LinearSolver,  # noqa: E402
-    uniform,
+    LinearSolver,
+    of_regions,  # noqa: E402
 )
 from iceslide_fem.heat.tabulated import TabulatedHeat, integral  # noqa: E402
 from iceslide_fem.mesh import gmsh_model  # noqa: E402
@@ -43,7 +43,9 @@ def total(equation, own):
 @pytest.mark.parametrize("cells", ["quadrilateral", "tetrahedron"])
 def test_a_uniform_source_warms_a_body_of_any_cells_alike(cells):
     block, solid = a_block(cells, 3), rubber_solid(1100.0)
-    equation = HeatEquation(block, QuadraticElements(block.mesh), uniform(block.mesh, solid))
+    equation = HeatEquation(
+        block, QuadraticElements(block.mesh), of_regions(block, {"rubber": solid})
+    )
     power = equation.elements.load(fem.Constant(block.mesh, 1e9))
     rise = equation.warmed(power, 1e-3)
     size = 1e-3**block.mesh.geometry.dim
@@ -56,7 +58,7 @@ def test_a_uniform_source_warms_a_body_of_any_cells_alike(cells):
 def test_a_held_plate_keeps_rubber_at_a_linear_temperature():
     block, solid = a_block("hexahedron", 3), rubber_solid(1100.0)
     elements = QuadraticElements(block.mesh)
-    equation = HeatEquation(block, elements, uniform(block.mesh, solid), ("plate", 2.0))
+    equation = HeatEquation(block, elements, of_regions(block, {"rubber": solid}), ("plate", 2.0))
     steady = 2.0 * equation.x[:, 2] / 1e-3  # of rubber that is held at 0 below
     flow = product(equation.conduction, np.where(equation.held, 0.0, steady)) + equation.drawn
     inside = ~equation.held & (equation.x[:, 2] > 1e-9)

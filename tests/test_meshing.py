@@ -54,6 +54,8 @@ def a_scene(model, length=1e-3, width=1e-3, height=1e-3, refinement=1.0, mesh=No
             mesh=mesh,
             step=None,
             is_drawn=mesh is not None,
+            layers=(),
+            heights=(),
             mesh_unit="m",
             mesh_tags={},
             heat=False,

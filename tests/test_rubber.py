@@ -9,7 +9,7 @@ pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 
 import sympy  # noqa: E402
 import ufl  # noqa: E402
-from blocks import CELLS, SIZE, a_block, bend  # noqa: E402
+from blocks import CELLS, SIZE, a_block, all_of, bend  # noqa: E402
 from dolfinx import fem  # noqa: E402
 from dolfinx import mesh as dolfinx_mesh  # noqa: E402
 from scipy.optimize import brentq  # noqa: E402
@@ -61,7 +61,7 @@ def uniform(rubber, F):
 
 @pytest.mark.parametrize("cells", CELLS)
 def test_stress_is_the_derivative_of_the_energy(cells):
-    rubber = HyperelasticBody(a_block(cells, 2), B)
+    rubber = HyperelasticBody(a_block(cells, 2), all_of(B))
     dim = rubber.mesh.geometry.dim
     F = np.eye(3)
     F[:dim, :dim] += np.array([[0.1, -0.2, 0.05], [0.3, -0.15, 0.1], [-0.1, 0.2, 0.05]])[:dim, :dim]
@@ -76,7 +76,7 @@ def test_uniaxial_stress_is_the_closed_form(stretch):
     def gradient(across):
         return np.diag([across, across, stretch])
 
-    rubber = HyperelasticBody(a_block("hexahedron", 3), STIFF)
+    rubber = HyperelasticBody(a_block("hexahedron", 3), all_of(STIFF))
     across = brentq(lambda a: stress(gradient(a), STIFF)[0, 0], 0.5, 2.0, xtol=1e-15)
     P = uniform(rubber, gradient(across))
     assert abs(P[0, 0]) < 1e-4 * B.C10
@@ -89,7 +89,7 @@ def test_plane_strain_stress_is_the_closed_form(stretch):
     def gradient(across):
         return np.diag([across, 1.0, stretch])
 
-    rubber = HyperelasticBody(a_block("quadrilateral", 2), STIFF)
+    rubber = HyperelasticBody(a_block("quadrilateral", 2), all_of(STIFF))
     across = brentq(lambda a: stress(gradient(a), STIFF)[0, 0], 0.5, 2.0, xtol=1e-15)
     P = uniform(rubber, np.diag([across, stretch]))
     assert abs(P[0, 0]) < 1e-4 * B.C10
@@ -99,7 +99,7 @@ def test_plane_strain_stress_is_the_closed_form(stretch):
 
 @pytest.mark.parametrize("cells", CELLS)
 def test_tangent_is_the_derivative_of_the_forces(cells):
-    rubber = HyperelasticBody(a_block(cells, 3), B)
+    rubber = HyperelasticBody(a_block(cells, 3), all_of(B))
     bend(rubber, 0.05)
     u = rubber.u.x.array
     start, step = u.copy(), 1e-5
@@ -131,7 +131,7 @@ def test_tangent_is_the_derivative_of_the_forces(cells):
 @pytest.mark.parametrize("cells", ["quadrilateral", "hexahedron"])
 def test_cells_of_the_upper_half_keep_their_volume_on_average(cells):
     """The others do at every point; on any number of ranks."""
-    rubber = HyperelasticBody(a_block(cells, 4), B)
+    rubber = HyperelasticBody(a_block(cells, 4), all_of(B))
     dim, comm = rubber.mesh.geometry.dim, rubber.mesh.comm
     own = [np.count_nonzero(rubber.kinds == kind) for kind in (WHOLE, SPLIT)]
     assert [comm.allreduce(number) for number in own] == [4**dim / 2, 4**dim / 2]
@@ -151,7 +151,7 @@ def test_cells_of_the_upper_half_keep_their_volume_on_average(cells):
 
 
 def test_inverted_elements_give_no_finite_forces():
-    rubber = HyperelasticBody(a_block("quadrilateral", 2), B)
+    rubber = HyperelasticBody(a_block("quadrilateral", 2), all_of(B))
     assert not np.isfinite(uniform(rubber, np.diag([1.0, -0.5]))).all()
 
 
@@ -172,7 +172,7 @@ def observed_orders(cells, numbers, material):
 
 def errors(cells, n, material):
     """L2 error (m) and H1 error of the displacement, all boundaries held at the exact one."""
-    rubber = HyperelasticBody(a_block(cells, n), material)
+    rubber = HyperelasticBody(a_block(cells, n), all_of(material))
     mesh, dim = rubber.mesh, rubber.mesh.geometry.dim
     exact = exact_displacement(ufl.SpatialCoordinate(mesh))
     gradient = ufl.variable(ufl.grad(exact))

@@ -26,6 +26,7 @@ MADE = {
     "ice.depth": "ice.depth=1mm",
     "ice.layers": "ice.layers=[{conductivity=50, density=7800, heat_capacity=500}]",
     "ice.base_temperature": "ice.base_temperature=-5degC",
+    "rubber.layers": "rubber.layers=[{name='base', compound='B', above='0.5 mm'}]",
     "rubber.step": f"rubber.step={ROOT / 'meshes' / 'tread.step'}",
     "rubber.mesh": "rubber.mesh=meshes/siped_block.msh",
     "rubber.outline": "rubber.outline=OUTLINE",

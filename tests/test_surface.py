@@ -5,7 +5,7 @@ import pytest
 
 pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 
-from blocks import CELLS, SIZE, a_block, bend  # noqa: E402
+from blocks import CELLS, SIZE, a_block, all_of, bend  # noqa: E402
 
 from iceslide_fem.fenics import compat  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
@@ -21,7 +21,7 @@ DEGREE = 4
 
 @pytest.fixture(params=CELLS)
 def rubber(request):
-    return HyperelasticBody(a_block(request.param), COMPOUNDS["B"])
+    return HyperelasticBody(a_block(request.param), all_of(COMPOUNDS["B"]))
 
 
 def deformed(rubber, mapping):

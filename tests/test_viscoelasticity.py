@@ -5,7 +5,7 @@ import pytest
 
 pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 
-from blocks import CELLS, SIZE, a_block, bend  # noqa: E402
+from blocks import CELLS, SIZE, a_block, all_of, bend  # noqa: E402
 from test_rubber import uniform  # noqa: E402
 
 from iceslide_fem.fenics import compat  # noqa: E402
@@ -50,7 +50,7 @@ def history(rubber, deformation, times, temperature=ROOM):
 
 @pytest.mark.parametrize("cells", ["quadrilateral", "hexahedron"])
 def test_a_step_of_shear_relaxes_as_the_closed_form(cells):
-    rubber = HyperelasticBody(a_block(cells, 1), B, relaxation=ONE)
+    rubber = HyperelasticBody(a_block(cells, 1), all_of(B, ONE))
     dim = rubber.mesh.geometry.dim
     times = [0.0, 1e-3, 5e-3, 20e-3, 10.0]
     _, stress, heat, _ = history(rubber, lambda time: sheared(0.5, dim), times)
@@ -68,7 +68,7 @@ def test_a_ramp_of_shear_is_of_second_order():
 
     off = []
     for n in (20, 40):
-        rubber = HyperelasticBody(a_block("quadrilateral", 1), B, relaxation=ONE)
+        rubber = HyperelasticBody(a_block("quadrilateral", 1), all_of(B, ONE))
         times = np.linspace(0.0, 10e-3, 2 * n + 1)
         _, stress, _, _ = history(rubber, gamma, times)
         for time, value in exact.items():
@@ -82,7 +82,7 @@ def test_a_ramp_of_shear_is_of_second_order():
 
 @pytest.mark.mpi
 def test_a_stretch_relaxes_as_the_closed_form():
-    rubber = HyperelasticBody(a_block("hexahedron", 1), B, relaxation=ONE)
+    rubber = HyperelasticBody(a_block("hexahedron", 1), all_of(B, ONE))
     F = np.diag([1.2**-0.5, 1.2**-0.5, 1.2])
     _, stress, _, _ = history(rubber, lambda time: F, [0.0, 10.0])
     found = stress[:, 2, 2] - stress[:, 0, 0]
@@ -93,7 +93,7 @@ def test_a_stretch_relaxes_as_the_closed_form():
 @pytest.mark.parametrize(("amplitude", "loss"), [(0.1, 2579.53), (0.5, 68425.7)])
 def test_a_cycle_makes_the_heat_of_its_loss_modulus(amplitude, loss):
     """Those by an independent integration of one point; of small strains pi G'' amplitude^2."""
-    rubber = HyperelasticBody(a_block("quadrilateral", 1), B, relaxation=ONE)
+    rubber = HyperelasticBody(a_block("quadrilateral", 1), all_of(B, ONE))
     n, cycles = 200, 3
     times = np.linspace(0.0, 2.0 * np.pi * 5e-3 * cycles, n * cycles + 1)
 
@@ -115,18 +115,18 @@ def test_arms_that_relax_at_once_or_never_are_elastic(cells):
     soft = MooneyRivlin(0.7 * B.C10, 0.7 * B.C01, B.D1)
     for tau, material in ((1e-14, soft), (1e14, B)):
         arm = Relaxation(Prony((0.3,), (tau,)))
-        rubber = HyperelasticBody(block, B, relaxation=arm)
+        rubber = HyperelasticBody(block, all_of(B, arm))
         _, stress, _, _ = history(
             rubber, lambda time: np.eye(dim) + 500.0 * time * (F - np.eye(dim)), times
         )
-        elastic = uniform(HyperelasticBody(block, material), F) @ F.T
+        elastic = uniform(HyperelasticBody(block, all_of(material)), F) @ F.T
         assert stress[-1] == pytest.approx(elastic, rel=1e-9, abs=1e-9 * B.C10)
 
 
 @pytest.mark.mpi
 @pytest.mark.parametrize("cells", ["quadrilateral", "hexahedron"])
 def test_tangent_is_the_derivative_of_the_relaxing_forces(cells):
-    rubber = HyperelasticBody(a_block(cells, 2), B, relaxation=ONE)
+    rubber = HyperelasticBody(a_block(cells, 2), all_of(B, ONE))
     bend(rubber, 0.1)
     now = rubber.viscoelasticity.at_rest()
     rubber.viscoelasticity.begin_step(now, 3e-3, ROOM)
@@ -156,9 +156,8 @@ def test_tangent_is_the_derivative_of_the_relaxing_forces(cells):
 @pytest.mark.mpi
 def test_cold_rubber_is_stiffer_and_warm_parts_relax_first():
     shift = Shift(17.44, 51.6, 223.15).moved(ROOM)
-    rubber = HyperelasticBody(
-        a_block("quadrilateral", 1), B, relaxation=Relaxation(ONE.prony, shift)
-    )
+    materials = all_of(B, Relaxation(ONE.prony, shift))
+    rubber = HyperelasticBody(a_block("quadrilateral", 1), materials)
     _, stress, _, _ = history(rubber, lambda time: sheared(0.5), [0.0, 5e-3 * 10**1.8198], 269.15)
     assert stress[-1, 0, 1] == pytest.approx(221229.33, rel=1e-3)
     temperatures = np.where(np.arange(9) < 3, ROOM, 269.15)[None]
@@ -173,7 +172,7 @@ def test_the_error_of_a_step_tells_how_far_the_line_is_off():
     """Of a stress that goes with the square of time: the estimate is the error itself."""
     found = {}
     for n in (8, 16):
-        rubber = HyperelasticBody(a_block("quadrilateral", 1), B, relaxation=ONE)
+        rubber = HyperelasticBody(a_block("quadrilateral", 1), all_of(B, ONE))
         times = np.linspace(0.0, 5e-3, n + 1)
         *_, errors = history(rubber, lambda time: sheared(0.05 * (time / 5e-3) ** 2), times)
         found[n] = errors[2:].mean()

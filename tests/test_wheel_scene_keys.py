@@ -117,6 +117,10 @@ GIVEN = {
     "rubber.step_gap": ("1 mm",),
     "rubber.step_heal": ("1 um",),
     "rubber.step_cells": ("tetrahedra",),
+    "rubber.layers": (
+        [{"name": "base", "compound": "B", "above": "0.5 mm"}],
+        {"model": "block"},
+    ),
     "rubber.mesh": ("block.msh", {"model": "block"}),
     "rubber.mesh_unit": ("mm",),
     "rubber.mesh_tags": ({"rubber": 1},),

@@ -2,7 +2,7 @@
 
 import meshio
 import numpy as np
-from blocks import SIZE, a_block
+from blocks import SIZE, a_block, all_of
 from runs import DURATION, a_scene
 
 from iceslide_fem.fenics.compat import MPI
@@ -16,7 +16,9 @@ TIMES = [0.0, 3.1e-3, DURATION]
 
 def write_fields(directory, cells, with_ice):
     """A sheared block in contact at its bottom, above warm ice."""
-    rubber = HyperelasticBody(a_block(cells, comm=MPI.COMM_SELF), a_scene("slice").mooney_rivlin)
+    rubber = HyperelasticBody(
+        a_block(cells, comm=MPI.COMM_SELF), all_of(a_scene("slice").mooney_rivlin)
+    )
     surface = contact_surface(rubber.space, rubber.facets("contact"), 4)
     height = rubber.space.tabulate_dof_coordinates()[:, rubber.mesh.geometry.dim - 1]
     lines = [np.linspace(0.0, SIZE, 5)] * (rubber.mesh.geometry.dim - 1)

@@ -109,7 +109,7 @@ class StepError:
         scene = block.scene
         self._block, self.limits = block, limits
         # Shear (Pa) that moves the bottom of the block by the allowed lag.
-        stiffness = scene.mooney_rivlin.youngs_modulus / (3.0 * block.height)
+        stiffness = scene.softest.youngs_modulus / (3.0 * block.height)
         lag = limits.skipped_motion * scene.load.speeds.mean * longest
         self._skipped_shear = lag * stiffness
         self._tolerance = tolerance = scene.numerics.tolerance

@@ -173,13 +173,6 @@ def of_regions(body: DistributedMesh, solids: Mapping[str, Solid]) -> Properties
     return Properties(conductivity, capacity)
 
 
-def uniform(mesh: Any, solid: Solid) -> Properties:
-    """Properties of a body that is one solid."""
-    capacity = solid.density * solid.heat_capacity
-    numbers = (PETSc.ScalarType(value) for value in (solid.conductivity, capacity))
-    return Properties(*(fem.Constant(mesh, number) for number in numbers))
-
-
 MOST_ITERATIONS = 2000
 RELATIVE = 1e-4  # relative residual; the next Newton iteration removes the rest
 

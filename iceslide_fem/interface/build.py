@@ -13,7 +13,7 @@ from iceslide_fem.film.half_space import HalfSpace
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.rubber_heat import INSULATED
 from iceslide_fem.heat.elements import LayeredElements, QuadraticElements
-from iceslide_fem.heat.equation import HeatEquation, of_regions, uniform
+from iceslide_fem.heat.equation import HeatEquation, of_regions
 from iceslide_fem.heat.tabulated import TabulatedHeat
 from iceslide_fem.interface.ice_columns import GridColumns, GridColumnsUnderPoints, OwnColumns
 from iceslide_fem.interface.ice_continuum import Continuum
@@ -78,7 +78,8 @@ def meshed_rubber(block: Block) -> MeshedRubber:
     scene, body = block.scene, block.rubber.block
     warmer = scene.rubber_temperature - scene.ice.temperature
     plate = ("plate", warmer) if scene.rubber.plate == "held" else None
-    properties = uniform(body.mesh, scene.rubber.solid)
+    solids = {name: compound.solid for name, compound in scene.rubber.compounds.items()}
+    properties = of_regions(body, solids)
     equation = HeatEquation(body, QuadraticElements(body.mesh), properties, plate, warmer)
     return MeshedRubber(equation, block.surface, half_film(scene))
 

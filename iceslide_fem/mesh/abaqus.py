@@ -88,22 +88,26 @@ def load(file: MeshFile) -> TaggedMesh:
 
 def _check_one_rubber(file: MeshFile, model: _Model) -> None:
     """Raise SceneError if the cells of one of `file.bodies` have several materials, or a *TIE."""
-    for body in file.bodies:
-        if ("ELSET", key(body)) not in model.names:
-            continue
-        cells = set(model.members("ELSET", key(body)))
-        nodes = {node for cell in cells for node in model.elements[cell].nodes}
-        materials, ties = model.materials(cells), model.ties(nodes)
+    sets = {
+        body: set(model.members("ELSET", key(body)))
+        for body in file.bodies
+        if ("ELSET", key(body)) in model.names
+    }
+    for body, cells in sets.items():
+        others = (sets[other] for other in sets if body == file.bodies[0] != other)
+        materials = model.materials(cells.difference(*others))
         if len(materials) > 1:
             raise SceneError(
-                f'{file}: "{body}" has sections of several materials ({", ".join(materials)}), and '
-                "a scene has one rubber"
+                f'{file}: "{body}" has sections of several materials ({", ".join(materials)}); '
+                "allowed: one, and sets of elements with the names of rubber.layers for the others"
             )
-        if ties:
-            raise SceneError(
-                f'{file}: "{body}" is joined by a *TIE ({ties[0]}), which is not read: mesh both '
-                "parts together, so that they share their nodes"
-            )
+    every = set().union(*sets.values())
+    nodes = {node for cell in every for node in model.elements[cell].nodes}
+    if ties := model.ties(nodes):
+        raise SceneError(
+            f"{file}: {file.body} is joined by a *TIE ({ties[0]}), which is not read: mesh both "
+            "parts together, so that they share their nodes"
+        )
 
 
 def _table(rows: Any) -> Any:

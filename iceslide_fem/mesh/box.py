@@ -241,14 +241,16 @@ def _edge_cells(block: BlockShape, cell: float, refinement: float) -> EdgeCells 
 
 
 def _rows(block: BlockShape, sized: Grading) -> list[Lines]:
-    """Rows of z: those of cut edges, then up to the end of each slot, and to the plate.
+    """Rows of z: those of cut edges, then up to the end of each slot, to each layer, and to the
+    plate.
 
     Corners at the plate and at the end of a slot are as singular as those at the ice.
     """
-    depths = sorted({slot.depth for slot in block.slots} | {cut.depth for cut in block.channels})
+    depths = {slot.depth for slot in block.slots} | {cut.depth for cut in block.channels}
+    ends = sorted(depths.union(block.layers))
     rows: list[Lines] = list(sized.edge.zone) if sized.edge else []
     low = float(rows[-1][-1]) if rows else 0.0
-    for number, high in enumerate([*depths, block.height]):
+    for number, high in enumerate([*ends, block.height]):
         rows.append(sized.between(low, high, bool(sized.edge) and number == 0))
         low = high
     if block.skin and not sized.edge:

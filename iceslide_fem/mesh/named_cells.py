@@ -64,9 +64,11 @@ class MeshFile(NamedTuple):
         return f"{first} with {' and '.join(others)}" if others else first
 
 
-def rubber_file(path: Path, dim: int, tags: Iterable[tuple[str, int]] = ()) -> MeshFile:
-    """A file with the mesh of a tread block."""
-    return MeshFile("rubber.mesh", path, dim, ("rubber",), RUBBER_PARTS, tags=(*tags,))
+def rubber_file(
+    path: Path, dim: int, tags: Iterable[tuple[str, int]] = (), layers: Iterable[str] = ()
+) -> MeshFile:
+    """A file with the mesh of a tread block; layers: names of cells of other rubber."""
+    return MeshFile("rubber.mesh", path, dim, ("rubber", *layers), RUBBER_PARTS, tags=(*tags,))
 
 
 class Block(NamedTuple):
@@ -100,8 +102,9 @@ def tagged_mesh(file: MeshFile, found: NamedCells) -> TaggedMesh:
 
     Unused nodes are dropped, and also facet sets of other cells, unless their name is in
     `file.parts`. A node set is used if no facets have its name. Several bodies become regions of
-    the mesh. Raises SceneError if cells are missing, duplicate, of mixed kinds, of another order or
-    dimension or of a forbidden name, or if facets do not belong to the cells.
+    the mesh; cells of the first one that have another's name, too, are the other's. Raises
+    SceneError if cells are missing, duplicate, of mixed kinds, of another order or dimension or of
+    a forbidden name, or if facets do not belong to the cells.
     """
     parts = [
         [block for block in found.blocks if block.name == body and len(block.nodes)]
@@ -112,6 +115,8 @@ def tagged_mesh(file: MeshFile, found: NamedCells) -> TaggedMesh:
             names = {block.name for block in found.blocks} | set(found.node_sets)
             tags = ", ".join(sorted(names - {""})) or "none"
             raise SceneError(f'{file} has no cells tagged "{body}"; tags found: {tags}')
+    if len(parts) > 1:
+        parts[0] = _without(parts[0], [block for part in parts[1:] for block in part])
     bodies = [block for part in parts for block in part]
     if {block.dim for block in bodies} - {0, file.dim}:
         raise SceneError(f"{file}: {file.body} must be made of {file.dim}-dimensional cells")
@@ -134,6 +139,16 @@ def tagged_mesh(file: MeshFile, found: NamedCells) -> TaggedMesh:
         split = np.split(np.arange(sum(sizes)), np.cumsum(sizes)[:-1])
         mesh = mesh._replace(regions=dict(zip(file.bodies, split, strict=True)))
     return mesh._replace(facets=_facets(file, mesh, found, used))
+
+
+def _without(blocks: list[Block], others: list[Block]) -> list[Block]:
+    """The `blocks` without the cells that the `others` have, too."""
+    taken = {frozenset(cell) for block in others for cell in block.nodes.tolist()}
+    kept = (
+        np.array([frozenset(cell) not in taken for cell in block.nodes.tolist()])
+        for block in blocks
+    )
+    return [block._replace(nodes=block.nodes[own]) for block, own in zip(blocks, kept, strict=True)]
 
 
 def _check_once(file: MeshFile, cells: IntArray, names: NDArray[np.str_]) -> None:
@@ -168,7 +183,7 @@ def _check_others(file: MeshFile, found: NamedCells, cells: IntArray) -> None:
         if (others & (above > 0.0)).any():
             raise SceneError(
                 f'{file} has cells tagged "{block.name}" above the ice, which are not simulated: '
-                f"they would be a hole; allowed there: {names}"
+                f"they would be a hole; allowed there: {names}, or its name in rubber.layers"
             )
 
 

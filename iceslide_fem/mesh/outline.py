@@ -28,21 +28,26 @@ from iceslide_fem.scene.outline_file import area, read_outline
 MIRRORED = 1e-6  # of the size: tolerance of mirrored corners
 
 
-def outline_mesh(path: Path, height: float, refinement: float) -> TaggedMesh:
+def outline_mesh(
+    path: Path, height: float, refinement: float, layers: tuple[float, ...] = ()
+) -> TaggedMesh:
     """Mesh of the block of the outline at `path` and of this height (m), on this rank alone.
 
-    Raises SceneError if it can't be meshed.
+    layers: heights where layers of other rubber begin, m. Raises SceneError if it can't be meshed.
     """
     changed = path.stat().st_mtime_ns if path.exists() else 0
-    return _built(path, changed, height, refinement)
+    return _built(path, changed, height, refinement, layers)
 
 
 @lru_cache(maxsize=2)  # a scene asks for its mesh several times
-def _built(path: Path, changed: int, height: float, refinement: float) -> TaggedMesh:
+def _built(
+    path: Path, changed: int, height: float, refinement: float, layers: tuple[float, ...]
+) -> TaggedMesh:
     rings = read_outline(path, "rubber.outline")
     (left, low), (right, high) = rings[0].min(axis=0), rings[0].max(axis=0)
     symmetric = _is_symmetric(rings)
-    block = BlockShape([(left, right), (0.0 if symmetric else low, high)], height, symmetric)
+    sides = [(left, right), (0.0 if symmetric else low, high)]
+    block = BlockShape(sides, height, symmetric, layers=layers)
     z = box_lines(block, refinement)[-1]
     try:
         points, cells = _sweep(rings, symmetric, z, *reference_cells(block, refinement))

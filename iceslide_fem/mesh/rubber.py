@@ -13,6 +13,7 @@ from iceslide_fem.mesh.box import box_lines
 from iceslide_fem.mesh.cad.tread import tread
 from iceslide_fem.mesh.gmsh_model import DistributedMesh, distribute_made
 from iceslide_fem.mesh.grid import with_sides
+from iceslide_fem.mesh.layers import with_layers
 from iceslide_fem.mesh.outline import outline_mesh
 from iceslide_fem.mesh.profile import block_mesh, count, on_arcs
 from iceslide_fem.mesh.shape import BlockShape, built_in_shape
@@ -83,14 +84,21 @@ def rounded(scene: Scene, points: Array) -> Array:
 
 def tagged_rubber(scene: Scene) -> TaggedMesh:
     """The rubber on this rank. Raises SceneError if the shape or the user's mesh is unsuitable."""
+    return with_layers(_shaped_rubber(scene), scene.rubber.layers)
+
+
+def _shaped_rubber(scene: Scene) -> TaggedMesh:
+    """The rubber without the layers that begin at a height."""
     rubber, refinement = scene.rubber, scene.numerics.refinement
     dim = 2 if scene.model == "slice" else 3
     if rubber.mesh is not None:
-        return load_user_mesh(rubber.mesh, dim, rubber.mesh_unit, rubber.mesh_tags.items())
+        names = [layer.name for layer in rubber.layers if layer.above is None]
+        tags = rubber.mesh_tags.items()
+        return load_user_mesh(rubber.mesh, dim, rubber.mesh_unit, tags, names)
     if rubber.step is not None:
         return tread(rubber, dim, refinement)
     if rubber.outline is not None and dim == 3:
-        return outline_mesh(rubber.outline, rubber.height, refinement)
+        return outline_mesh(rubber.outline, rubber.height, refinement, rubber.heights)
     return block_mesh(built_in_shape(scene), refinement)
 
 

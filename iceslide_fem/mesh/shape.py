@@ -67,7 +67,8 @@ class BlockShape(NamedTuple):
 
     If `symmetric`, only the half y >= 0 is described. edge: radius of the lower edges of all lugs
     or, if `cut`, length of the chamfer, m; draft: tan of the inclination of the sides; skin:
-    thickness of the lowest cells of a sharp-edged block whose mesh takes heat, else 0, m.
+    thickness of the lowest cells of a sharp-edged block whose mesh takes heat, else 0, m; layers:
+    heights at which layers of other rubber begin, m.
     """
 
     ranges: list[tuple[float, float]]
@@ -79,6 +80,7 @@ class BlockShape(NamedTuple):
     cut: bool = False
     draft: float = 0.0
     skin: float = 0.0
+    layers: tuple[float, ...] = ()
 
     @property
     def area(self) -> float:
@@ -118,6 +120,7 @@ def built_in_shape(scene: Scene) -> BlockShape:
         rubber.chamfer > 0.0,
         math.tan(rubber.draft_angle),
         _skin(scene),
+        rubber.heights,
     )
 
 

@@ -33,14 +33,19 @@ ICE_KINDS = ("quadrilateral", "hexahedron")
 
 
 def load_user_mesh(
-    path: Path | str, dim: int, unit: str = "m", tags: Iterable[tuple[str, int]] = ()
+    path: Path | str,
+    dim: int,
+    unit: str = "m",
+    tags: Iterable[tuple[str, int]] = (),
+    layers: Sequence[str] = (),
 ) -> TaggedMesh:
     """Read and check a user's mesh of dimension `dim` (2 for a slice, 3 for a block).
 
     unit: of its coordinates (`readers.UNITS`); the result is in m. tags: names and the numbers
-    that stand for them in the file. Raises SceneError with the file, its fault and the position.
+    that stand for them in the file; layers: names of cells of other rubber. Raises SceneError with
+    the file, its fault and the position.
     """
-    file = rubber_file(Path(path), dim, tags)
+    file = rubber_file(Path(path), dim, tags, layers)
     return _checked(file, unit, readers.stamps(file))
 
 

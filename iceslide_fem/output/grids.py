@@ -64,6 +64,7 @@ class RubberGrid:
         self._used, numbers = np.unique(self._dofs, return_inverse=True)
         self._cells = numbers.reshape(self._dofs.shape)[:, order].astype(np.int64)
         self._points = _in_space(space.tabulate_dof_coordinates()[self._used, : _dim(rubber)])
+        self._layers = rubber.materials.regions[: len(self._dofs)].astype(float)
         self._recovery, self._between = StressRecovery(rubber), from_vertices(rubber)
 
     def grid(
@@ -95,7 +96,8 @@ class RubberGrid:
         if not len(self._cells):
             return None
         values = {name: value[self._used] for name, value in data.items()}
-        return Grid(self._points, self._kind, self._cells, values, {})
+        layers = {"layer": self._layers} if self._rubber.materials.several else {}
+        return Grid(self._points, self._kind, self._cells, values, layers)
 
     def _at_nodes(self, at_vertices: Array) -> Array:
         """Nodal values (n, 7) from values of cells at their vertices (c, k, 7). Collective.

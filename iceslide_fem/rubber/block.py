@@ -28,6 +28,7 @@ from iceslide_fem.rubber.element import Energy, stored_energy
 from iceslide_fem.rubber.failure import Posture, Slenderness, limit_met, most_slender, posture
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 from iceslide_fem.rubber.loaded_block import Equilibrium, TractionLaw
+from iceslide_fem.rubber.materials import Material
 from iceslide_fem.rubber.newton import PATIENT, Patience, Solution
 from iceslide_fem.rubber.self_contact_friction import StickPoints
 from iceslide_fem.runtime.arrays import Array
@@ -94,7 +95,7 @@ class Block:
         scale = EQUILIBRIUM_SHARE * force
         if friction > 0.0:
             scale = min(scale, FRICTION_SHARE * friction)
-        stiffness = self.scene.mooney_rivlin.shear_modulus * self.area / self.height
+        stiffness = self.scene.softest.shear_modulus * self.area / self.height
         residual = min(self._tolerance * scale, SLIP_SHARE * stiffness * slip)
         return self.equilibrium.solve(force, law, residual, patience)
 
@@ -246,12 +247,14 @@ def build_block(scene: Scene, comm: MPI.Comm, energy: Energy = stored_energy) ->
     fault = too_soft(scene, height) or too_short(scene, float(ends.sum()))
     if fault is not None:
         raise SceneError(fault)
-    material = scene.mooney_rivlin
-    density = scene.rubber.density if scene.rubber.inertia else 0.0
-    relaxation = scene.rubber.relaxation
-    rubber = HyperelasticBody(mesh, material, 2, energy, density, relaxation)
+    inertia = float(scene.rubber.inertia)
+    materials = {
+        name: Material(one.constants(), one.relaxation, inertia * one.density)
+        for name, one in scene.rubber.compounds.items()
+    }
+    rubber = HyperelasticBody(mesh, materials, 2, energy)
     numerics = scene.numerics
-    penalty = numerics.penalty or default_penalty(material, height, numerics.tolerance)
+    penalty = numerics.penalty or default_penalty(scene.mooney_rivlin, height, numerics.tolerance)
     rubber.enable_self_contact(WALLS * penalty, scene.rubber.wall_friction)
     rubber.enable_plate_contact(height, penalty)
     surface = contact_points(scene, rubber, height)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -10,13 +11,12 @@ from scipy.sparse import csr_matrix
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
 from iceslide_fem.mesh.gmsh_model import DistributedMesh
-from iceslide_fem.relaxation.prony import Relaxation
 from iceslide_fem.rubber.element import DEGREE, Energy, kinds_of_cells, stored_energy
+from iceslide_fem.rubber.materials import Material, Materials
 from iceslide_fem.rubber.plate_contact import PlateContact
 from iceslide_fem.rubber.self_contact import SelfContact
 from iceslide_fem.rubber.viscoelasticity import Relaxed, Viscoelasticity, relaxing_energy
 from iceslide_fem.runtime.arrays import Array
-from iceslide_fem.scene.materials import MooneyRivlin
 
 NEAR_PLATE = 0.25  # of the height: rubber farther below the plate does not touch it
 
@@ -25,50 +25,41 @@ class HyperelasticBody:
     """Forms of the rubber block and its displacement Function `u`.
 
     plate: blocked dofs on the rigid plate (this rank's, with ghosts); symmetry: blocked dofs fixed
-    in y; kinds: of this rank's cells (`kinds_of_cells`); dx: measure with these subdomains.
+    in y; kinds: of this rank's cells (`kinds_of_cells`); dx: measure with these subdomains;
+    materials: of the cells.
     """
 
     def __init__(
         self,
         block: DistributedMesh,
-        material: MooneyRivlin,
+        materials: Mapping[str, Material],
         degree: int = DEGREE,
         energy: Energy = stored_energy,
-        density: float = 0.0,
-        relaxation: Relaxation | None = None,
     ) -> None:
         """Compile the forms on the mesh of `block`.
 
-        degree (1 or 2), energy: another element than the default; density: above 0 it adds inertia
-        forces, kg/m3; relaxation: viscoelasticity of the `material`, whose constants are
-        instantaneous.
+        materials: of its regions; a density adds inertia forces; degree (1 or 2), energy: another
+        element than the default.
         """
-        self.mesh, self.material = block.mesh, material
+        self.mesh, self.materials = block.mesh, Materials(block, materials)
         self.space = compat.vector_space(self.mesh, degree)
         self.u = fem.Function(self.space, name="displacement")
         self._moved = np.asarray(self.u.x.array).reshape(-1, self.mesh.geometry.dim)
         self.block = block
-        # Form constants: one compilation serves every material.
-        constants = MooneyRivlin(
-            *(
-                fem.Constant(self.mesh, PETSc.ScalarType(value))
-                for value in (material.C10, material.C01, material.D1)
-            )
-        )
+        constants = self.materials.constants
         self.kinds = kinds_of_cells(block)
         self.dx = dx = compat.cell_measure(self.mesh, self.kinds)
         self.viscoelasticity: Viscoelasticity | None = None
         functional = potential = energy(self.u, constants, dx)
-        if relaxation is not None:
-            modulus = material.shear_modulus
-            self.viscoelasticity = Viscoelasticity(self.u, constants, modulus, relaxation)
+        if self.materials.relaxing:
+            self.viscoelasticity = Viscoelasticity(self.u, self.materials)
             potential = relaxing_energy(self.viscoelasticity.history)(self.u, constants, dx)
         test, trial = ufl.TestFunction(self.space), ufl.TrialFunction(self.space)
         residual = ufl.derivative(potential, self.u, test)
-        if density > 0.0:
+        if self.materials.have_mass:
             self._reference, self._velocity = fem.Function(self.space), fem.Function(self.space)
             self._weight = fem.Constant(self.mesh, PETSc.ScalarType(0.0))
-            mass = fem.Constant(self.mesh, PETSc.ScalarType(density))
+            mass = self.materials.density
             change = self._weight * (self.u - self._reference)
             residual += mass * ufl.inner(change, test) * dx
             square = ufl.inner(self._velocity, self._velocity)
@@ -77,7 +68,6 @@ class HyperelasticBody:
             masses = compat.create_vector(self.space)
             compat.assemble_vector(masses, compat.form(mass * sum(test) * dx))
             self._mass = masses.norm()
-        self._has_inertia = density > 0.0
         self._energy = compat.form(functional)
         self._residual = compat.form(residual)
         self._tangent = compat.form(ufl.derivative(residual, self.u, trial))
@@ -193,7 +183,7 @@ class HyperelasticBody:
         These are weight * mass * (u - reference) with a weight of 1 / dt^2. At steps of picoseconds
         the rounding of u exceeds the elastic forces.
         """
-        if not self._has_inertia:
+        if not self.materials.have_mass:
             return 0.0
         own = float(np.abs(self.u.x.array).max(initial=0.0))
         largest = self.mesh.comm.allreduce(own, op=MPI.MAX)

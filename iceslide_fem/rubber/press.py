@@ -63,7 +63,7 @@ def press(
     """
     law = law or block.static
     scene, u = block.scene, block.rubber.displacements
-    strain = scene.load.pressures.first / scene.mooney_rivlin.youngs_modulus
+    strain = scene.load.pressures.first / scene.softest.youngs_modulus
     first = min(1.0, FIRST_STRAIN / strain)
     # Contact must carry the first load; otherwise the plate could move freely.
     u[:, -1] -= first * scene.load.pressures.first / block.equilibrium.penalty

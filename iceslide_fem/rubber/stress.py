@@ -66,13 +66,14 @@ def strain_energy(at: Deformation, material: MooneyRivlin) -> Array:
 
 
 def cauchy_stress(at: Deformation, material: MooneyRivlin) -> Array:
-    """Cauchy stress (Pa) of `strain_energy`, (..., 3, 3).
+    """Cauchy stress (Pa) of `strain_energy`, (..., 3, 3); constants of shapes that broadcast.
 
     sigma = (2 / J) dev[(C10 + C01 I1bar) bbar - C01 bbar^2] + 2 (J - 1) / D1.
     """
     linear, unit = material.C10 + material.C01 * at.trace, np.eye(3)
     mean = (linear * at.trace - material.C01 * at.trace_squared) / 3.0
-    stress = linear[..., None, None] * at.b - material.C01 * at.squared
+    C01 = np.asarray(material.C01)[..., None, None]
+    stress = linear[..., None, None] * at.b - C01 * at.squared
     pressure = 2.0 * (at.J - 1.0) / material.D1 - 2.0 / at.J * mean
     return np.asarray((2.0 / at.J)[..., None, None] * stress + pressure[..., None, None] * unit)
 
@@ -129,7 +130,7 @@ class CellPoints(Gradients):
     def __init__(self, rubber: HyperelasticBody, cells: NDArray[np.int_], points: Array) -> None:
         """`points` (q, d) on the reference cell, in the local `cells` of this rank's own."""
         super().__init__(rubber, cells, points)
-        self._material = rubber.material
+        self._constants = rubber.materials.at_cells(cells)
         self._cells, self._from_rule = cells, _from_rule(rubber, points)
         self._split = rubber.kinds[cells] == SPLIT
         if not self._split.any():
@@ -151,9 +152,9 @@ class CellPoints(Gradients):
         at = Deformation.of(F)
         if self._split.any():
             at.J[self._split] = np.linalg.det(self._kept.deformation(u)) @ self._between
-        stress = cauchy_stress(at, self._material)
+        stress = cauchy_stress(at, self._constants)
         six = [stress[..., row, column] for row, column in SIX]
-        found = np.stack([*six, strain_energy(at, self._material)], axis=-1)
+        found = np.stack([*six, strain_energy(at, self._constants)], axis=-1)
         return found if fallen is None else found - self._fallen(F, at.J, fallen[self._cells])
 
     def _fallen(self, F: Array, J: Array, fallen: Array) -> Array:

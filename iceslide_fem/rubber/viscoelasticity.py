@@ -24,7 +24,7 @@ import numpy as np
 
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, fem, ufl
-from iceslide_fem.relaxation.prony import Relaxation, delayed, mean_response
+from iceslide_fem.relaxation.prony import delayed, mean_response
 from iceslide_fem.rubber.element import (
     QUADRATURE_DEGREE,
     SIX,
@@ -34,6 +34,7 @@ from iceslide_fem.rubber.element import (
     tensors,
     volumetric_energy,
 )
+from iceslide_fem.rubber.materials import Materials
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import MooneyRivlin
 
@@ -140,14 +141,9 @@ class Viscoelasticity:
     volume: of each point, (c, q), m3 (m2 in a slice).
     """
 
-    def __init__(
-        self, u: Any, material: MooneyRivlin, shear_modulus: float, relaxation: Relaxation
-    ) -> None:
-        """material: constants of the rubber's form, instantaneous like `shear_modulus` (Pa).
-        Collective.
-        """
+    def __init__(self, u: Any, materials: Materials) -> None:
+        """u: displacement of the rubber of these materials. Collective."""
         self._mesh = mesh = u.function_space.mesh
-        self._relaxation = relaxation
         dim = mesh.geometry.dim
         self._components = [SIX.index(place) for place in _components(dim)]
         size = 1 + len(self._components)
@@ -158,14 +154,20 @@ class Viscoelasticity:
         self._cells = np.arange(owned, dtype=np.int32)
         self._places = compat.cell_dofs(space)[:owned]
         self._values = np.asarray(self.history.x.array).reshape(-1, size)
-        self._at_points = compat.at_points(_strained(u, material), self.points)
+        self._at_points = compat.at_points(_strained(u, materials.constants), self.points)
         stretch = compat.at_points(abs(ufl.JacobianDeterminant(mesh)), self.points)
         determinants = compat.evaluated(stretch, mesh, self._cells)
         self.volume = determinants.reshape(owned, len(weights)) * weights
-        self._shear_modulus = shear_modulus
         self._whole = self.total(np.ones_like(self.volume))
-        self._g = np.array(relaxation.prony.fractions)
-        self._tau = np.array(relaxation.prony.times)
+        self._relaxing = [(one, cells[cells < owned]) for one, cells in materials.relaxing]
+        arms = max(len(one.prony.times) for one, _ in self._relaxing)
+        # Arms that a cell's material does not have are zero.
+        self._g, self._softness = np.zeros((2, arms, owned, 1))
+        moduli = materials.at_cells(self._cells).shear_modulus
+        for one, cells in self._relaxing:
+            for g, fraction in zip(self._g, one.prony.fractions, strict=False):
+                g[cells] = fraction
+        np.divide(0.25 / moduli, self._g, out=self._softness, where=self._g > 0.0)
         self.begin_elastic()
 
     def begin_elastic(self) -> None:
@@ -175,7 +177,7 @@ class Viscoelasticity:
     def at_rest(self) -> Relaxed:
         """Internal variables at the present displacements, without relaxation."""
         now = self._now()
-        relaxed = np.zeros((self._g.size, *now.stress.shape))
+        relaxed = np.zeros((len(self._g), *now.stress.shape))
         return self._relaxed(relaxed, now, np.zeros_like(now.stress), np.inf)
 
     def restored(self, relaxed: Array, rate: Array, span: float) -> Relaxed:
@@ -191,7 +193,7 @@ class Viscoelasticity:
         nothing = np.zeros(1)
         for g, x, R in zip(self._g, self._steps(dt, temperature), start.relaxed, strict=True):
             factor -= g * mean_response(x)
-            kept -= delayed(R, g * start.strained.stress, nothing, x[..., None])
+            kept -= delayed(R, g[..., None] * start.strained.stress, nothing, x[..., None])
         self._values[self._places, 0] = factor
         self._values[self._places, 1:] = kept[..., self._components]
 
@@ -202,7 +204,7 @@ class Viscoelasticity:
         bend = 0.0 * rate if start.span == np.inf else 2.0 * (rate - start.rate) / (dt + start.span)
         relaxed, off = np.empty_like(start.relaxed), np.zeros_like(rate)
         for i, one in enumerate(self._steps(dt, temperature)):
-            x, g = one[..., None], self._g[i]
+            x, g = one[..., None], self._g[i, ..., None]
             relaxed[i] = delayed(start.relaxed[i], g * before.stress, g * now.stress, x)
             off += g * dt**2 * _curvature_response(x) * bend
         after = self._relaxed(relaxed, now, rate, dt)
@@ -229,17 +231,23 @@ class Viscoelasticity:
 
         An arm of stress H stores tr(C H C H) / (4 g G), exact for small strains.
         """
-        energy = -self._g.sum() * at.energy
+        energy = -self._g.sum(axis=0) * at.energy
         C = tensors(at.strain)
-        for g, R in zip(self._g, relaxed, strict=True):
-            turned = C @ tensors(g * at.stress - R)
-            energy += np.einsum("...ij,...ji", turned, turned) / (4.0 * g * self._shear_modulus)
+        for g, softness, R in zip(self._g, self._softness, relaxed, strict=True):
+            turned = C @ tensors(g[..., None] * at.stress - R)
+            energy += softness * np.einsum("...ij,...ji", turned, turned)
         return Relaxed(relaxed, at, rate, span, energy)
 
     def _steps(self, dt: float, temperature: Array | float) -> Array:
-        """dt / (a_T tau_i) of arms, (m, c, q) or (m, 1, 1)."""
-        reduced = self._relaxation.reduced(dt, temperature)
-        return np.asarray(np.atleast_2d(reduced) / self._tau[:, None, None])
+        """dt / (a_T tau_i) of arms, (m, c, q) or (m, c, 1); 1 of arms that a cell lacks."""
+        kelvin = np.atleast_2d(temperature)
+        kelvin = np.broadcast_to(kelvin, (len(self.volume), kelvin.shape[1]))
+        steps = np.ones((len(self._g), *kelvin.shape))
+        for one, cells in self._relaxing:
+            reduced = one.reduced(dt, kelvin[cells])
+            for step, tau in zip(steps, one.prony.times, strict=False):
+                step[cells] = reduced / tau
+        return steps
 
     def _now(self) -> Strained:
         values = compat.evaluated(self._at_points, self._mesh, self._cells)

@@ -120,7 +120,7 @@ def _unused(scene: Scene) -> list[str]:
             "rubber.heat_capacity",
             "water.conductivity",
         ]
-        relaxes = scene.rubber.relaxation is not None
+        relaxes = any(one.relaxation for one in scene.rubber.compounds.values())
         if not (relaxes and (scene.model != "point" or scene.film.contact_age)):
             reasons["without rubber.heat or relaxation"] = ["rubber.temperature"]
     elif scene.film.conductance is not None:
@@ -168,15 +168,17 @@ def _wet_start(scene: Scene) -> list[str]:
 
 def _relaxation(scene: Scene) -> list[str]:
     """Notes on rubber that relaxes: its table, the fit to it, and its temperatures."""
-    if (relaxation := scene.rubber.relaxation) is None:
-        return []
     measured = scene.rubber.measured
-    fit = (
+    found = (
         []
         if measured is None
         else [f"the table of rubber.dma: {each}" for each in of_fit(measured)]
     )
-    return fit + of_use(relaxation, scene.rubber_temperature)
+    for name, compound in scene.rubber.compounds.items():
+        if (relaxation := compound.relaxation) is not None:
+            where = "" if compound is scene.rubber else f'layer "{name}": '
+            found += [where + each for each in of_use(relaxation, scene.rubber_temperature)]
+    return found
 
 
 def counted_twice(scene: Scene) -> list[str]:
@@ -246,7 +248,7 @@ def _friction(scene: Scene) -> list[str]:
 def _rubber(scene: Scene) -> list[str]:
     """Notes on compression, buckling, and settings of the contact."""
     rubber, load, numerics = scene.rubber, scene.load, scene.numerics
-    E, G = scene.mooney_rivlin.youngs_modulus, scene.mooney_rivlin.shear_modulus
+    E, G = scene.softest.youngs_modulus, scene.softest.shear_modulus
     found = []
     most = load.pressures.largest
     if most > LARGEST_STRAIN * E * (1 + 1e-2) and rubber.compound != "B":

@@ -5,7 +5,7 @@ Numbers are SI (temperatures in kelvin); a file may give strings with a unit ins
 
 from __future__ import annotations
 
-from dataclasses import astuple, replace
+from dataclasses import replace
 from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Self
@@ -20,12 +20,10 @@ from iceslide_fem.scene.contact_table import ConstantContact, ContactTable, read
 from iceslide_fem.scene.fields import html_table
 from iceslide_fem.scene.materials import (
     BAR,
-    COMPOUNDS,
     CONTACT_TABLES,
     YOUNGS_MODULUS,
     MooneyRivlin,
 )
-from iceslide_fem.scene.rubber import check_bulk
 from iceslide_fem.scene.tables import Tables, check_contradictions
 
 if TYPE_CHECKING:  # takes long to import, and only rough ice needs it
@@ -53,7 +51,8 @@ class Scene(Tables):
     def _no_contradiction(self) -> Self:
         check_contradictions(self)
         if self.model != "point":
-            check_bulk(self.mooney_rivlin, self.rubber)
+            for compound in self.rubber.compounds.values():
+                compound.check_bulk()
         return self
 
     @property
@@ -118,33 +117,22 @@ class Scene(Tables):
 
     @property
     def mooney_rivlin(self) -> MooneyRivlin:
-        """Constants of the rubber (SI), of the compound or as given.
+        """Constants of the rubber that touches the ice (SI), of the compound or as given.
 
         For viscoelastic rubber C10 and C01 are instantaneous.
         """
-        return self._at_modulus("instantaneous")
+        return self.rubber.constants()
 
     @property
     def long_term(self) -> MooneyRivlin:
         """The same, but C10 and C01 of viscoelastic rubber are long-term."""
-        return self._at_modulus("long-term")
+        return self.rubber.constants("long-term")
 
-    def _at_modulus(self, wanted: str) -> MooneyRivlin:
-        """Constants at the "instantaneous" or the "long-term" modulus."""
-        rubber = self.rubber
-        if rubber.compound is not None:
-            C10, C01, D1 = astuple(COMPOUNDS[rubber.compound])
-        else:
-            assert rubber.C10 is not None and rubber.C01 is not None  # by Rubber's validation
-            C10, C01, D1 = rubber.C10, rubber.C01, 0.0
-        if rubber.nu is not None:
-            D1 = MooneyRivlin.from_nu(C10, C01, rubber.nu).D1
-        given = MooneyRivlin(C10, C01, D1 if rubber.D1 is None else rubber.D1)
-        relaxation = rubber.relaxation
-        if relaxation is None or rubber.modulus_is == wanted:
-            return given
-        left = relaxation.prony.long_term
-        return given.stiffer(left if wanted == "long-term" else 1.0 / left)
+    @property
+    def softest(self) -> MooneyRivlin:
+        """Constants of the softest rubber, that at the ice or a layer."""
+        every = (compound.constants() for compound in self.rubber.compounds.values())
+        return min(every, key=lambda constants: constants.shear_modulus)
 
     @property
     def contact_modulus(self) -> float:

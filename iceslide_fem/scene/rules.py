@@ -115,20 +115,11 @@ def _passing(key: Is) -> tuple[Rule, ...]:
     )  # fmt: skip
 
 
-def _number(key: str) -> Is:
-    """Whether a number is given, 0 too."""
-    return Is(key, besides=(None,), shown=key)
-
-
 RULES = (
-    Rule((_number("rubber.D1"), _number("rubber.nu")), "", "one of them"),
-    *(
-        Rule((Is("rubber.compound"), _number(key)), "", "the compound or the constants")
-        for key in ("rubber.C10", "rubber.C01")
-    ),
+    Rule((Is("rubber.layers"), Is("model", ("point", "auto"))),
+         "a point is the rubber that touches the ice", FE),
     Rule((Is("rubber.prony"), Is("rubber.dma")), "",
          "the arms, or the table that they are fitted to"),
-    Rule((Is("rubber.wlf"), Is("rubber.shift_factors")), "", "one of them"),
     Rule((Is("rubber.outline"), Is("rubber.mesh")), "", "one of them"),
     Rule((Is("rubber.step"), Is("rubber.mesh")), "", "one of them"),
     Rule((Is("rubber.step"), Is("rubber.outline")), "", "one of them"),

@@ -12,6 +12,7 @@ from iceslide_fem.runtime.units import celsius, readable
 from iceslide_fem.scene.film import Film, Friction
 from iceslide_fem.scene.ground import check_ground
 from iceslide_fem.scene.ice import Ice, Water
+from iceslide_fem.scene.layers import check_layers
 from iceslide_fem.scene.load import Load
 from iceslide_fem.scene.materials import BAR
 from iceslide_fem.scene.numerics import Numerics, Output
@@ -66,6 +67,7 @@ def check_contradictions(scene: Tables) -> None:
             "film.k, film.D and film.H_V are missing; without a compound give them, or film.contact"
         )
     check_shape(scene.rubber)
+    check_layers(scene.rubber)
     _rows_are_apart(scene)
     fault = None if scene.rubber.is_drawn else too_short(scene, scene.rubber.length)
     if fault is not None:
@@ -161,14 +163,17 @@ def _water_has_its_frame(scene: Tables) -> None:
 
 def _rubber_relaxes_here(scene: Tables) -> None:
     """Raise ValueError if the time-temperature shift is unknown at the rubber's temperature."""
-    relaxation, temperature = scene.rubber.relaxation, scene.rubber_temperature
-    shift = None if relaxation is None else relaxation.shift
-    if isinstance(shift, Shift) and not np.isfinite(shift(temperature)):
-        given = "dma" if scene.rubber.wlf is None else "wlf"
+    temperature = scene.rubber_temperature
+    for compound in scene.rubber.compounds.values():
+        relaxation = compound.relaxation
+        shift = None if relaxation is None else relaxation.shift
+        if not isinstance(shift, Shift) or np.isfinite(shift(temperature)):
+            continue
+        given = "dma" if compound.wlf is None else "wlf"
         raise ValueError(
-            f"rubber.{given} has no shift at {celsius(temperature)}, as cold as reference - C2 = "
-            f"{celsius(shift.reference - shift.C2)} or colder; allowed: warmer rubber, or "
-            "arrhenius_below and activation_energy"
+            f"{compound.place}.{given} has no shift at {celsius(temperature)}, as cold as "
+            f"reference - C2 = {celsius(shift.reference - shift.C2)} or colder; allowed: warmer "
+            "rubber, or arrhenius_below and activation_energy"
         )
     measured = scene.rubber.measured
     if measured is not None and not measured.determined:
@@ -225,11 +230,15 @@ def _contact_is_stiff(scene: Tables) -> None:
 
 
 def _heat_stays_in_the_rubber(scene: Tables) -> None:
-    """Raise ValueError if heat reaches the plate of rubber that is taken as a half-space."""
+    """Raise ValueError if heat reaches the plate, or a layer, of rubber that is taken as a
+    half-space.
+    """
     needed = scene.rubber.solid.heated_depth(scene.load.heated_for)
-    if scene.rubber.heat != "mesh" and scene.rubber.height < needed:
+    ends = [(height, "`above` of rubber.layers") for height in scene.rubber.heights]
+    height, end = min([(scene.rubber.height, "rubber.height"), *ends])
+    if scene.rubber.heat != "mesh" and height < needed:
         raise ValueError(
-            f"rubber.height = {1e3 * scene.rubber.height:.3g} mm is too thin for rubber.heat = "
-            f"true, which takes the rubber as a half-space: heat reaches {1e3 * needed:.3g} mm "
-            f"deep within {'load.duration' if scene.load.passes == 1 else 'all passes'}"
+            f"{end} = {1e3 * height:.3g} mm is too thin for rubber.heat = true, which takes the "
+            f"rubber as a half-space: heat reaches {1e3 * needed:.3g} mm deep within "
+            f"{'load.duration' if scene.load.passes == 1 else 'all passes'}"
         )

@@ -44,6 +44,7 @@ from iceslide_fem.rubber.element import (
 )
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 from iceslide_fem.rubber.loaded_block import Equilibrium
+from iceslide_fem.rubber.materials import Material
 from iceslide_fem.rubber.press import PathPoint, press
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SimulationStopped
@@ -157,7 +158,7 @@ class MixedRubber(HyperelasticBody):
                 total += volumetric_energy(F, material) * dx(WHOLE, metadata=rule)
             return total
 
-        super().__init__(block, material, 2, energy)
+        super().__init__(block, {"rubber": Material(material)}, 2, energy)
         test, trial = ufl.TestFunction(pressures), ufl.TrialFunction(pressures)
         moments = test * dilatation(self.u) * mixed(self.dx)
         self._moments = compat.form(moments)
@@ -205,7 +206,9 @@ def displacement_element(
     degree: int, energy: Energy
 ) -> Callable[[gmsh_model.DistributedMesh, MooneyRivlin], HyperelasticBody]:
     """Forms of displacements of a degree with that energy."""
-    return lambda mesh, material: HyperelasticBody(mesh, material, degree, energy)
+    return lambda mesh, material: HyperelasticBody(
+        mesh, {"rubber": Material(material)}, degree, energy
+    )
 
 
 ELEMENTS = {

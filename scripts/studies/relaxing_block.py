@@ -21,6 +21,7 @@ from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.mesh.rubber import rubber_mesh
 from iceslide_fem.relaxation.prony import Prony, Relaxation
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
+from iceslide_fem.rubber.materials import Material
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import COMPOUNDS
 from scripts.studies.command_runs import MOMENT, found, moved
@@ -28,6 +29,7 @@ from scripts.studies.common import case, options, table
 
 TAU = 5e-3  # s
 ONE = Relaxation(Prony((0.3,), (TAU,)))
+B = Material(COMPOUNDS["B"], ONE)
 FIVE = "rubber.prony=[[0.1,'0.1 ms'],[0.1,'0.5 ms'],[0.1,'2 ms'],[0.1,'10 ms'],[0.1,'50 ms']]"
 RELAXES = FIVE, "rubber.modulus_is=instantaneous"
 AT_ONCE = {0.0: 273000.0, 1e-3: 258154.05, 5e-3: 221229.33, 20e-3: 192600.05, 1e3: 191100.0}
@@ -39,7 +41,7 @@ REPEATS = 3
 def sheared(gamma: Callable[[float], float], times: Sequence[float] | Array) -> tuple[Array, Array]:
     """Cauchy shear stress (Pa) at the times (s), and the heat (J/m3) of each step."""
     scene = case("thesis_1bar", "model=slice", "numerics.refinement=0.25")
-    rubber = HyperelasticBody(rubber_mesh(scene, MPI.COMM_SELF), COMPOUNDS["B"], relaxation=ONE)
+    rubber = HyperelasticBody(rubber_mesh(scene, MPI.COMM_SELF), {"rubber": B})
     X = rubber.space.tabulate_dof_coordinates()[:, :2]
     relaxes, forces = rubber.viscoelasticity, rubber.create_vector()
     assert relaxes is not None

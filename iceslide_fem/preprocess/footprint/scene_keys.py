@@ -52,7 +52,7 @@ UNRELATED: Mapping[str, Sequence[str]] = {
         "load.pressure_scale load.speed_scale rubber.height rubber.edge_radius rubber.chamfer "
         "rubber.draft_angle rubber.outline rubber.mesh rubber.mesh_unit rubber.mesh_tags "
         "rubber.step rubber.step_unit rubber.step_up rubber.step_along rubber.step_plane "
-        "rubber.step_gap rubber.step_heal rubber.step_cells "
+        "rubber.step_gap rubber.step_heal rubber.step_cells rubber.layers "
         "rubber.wall_friction rubber.sipe_depth"
     ).split(),
     "a wheel computes one set of inputs": ["uncertainty"],

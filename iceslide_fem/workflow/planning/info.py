@@ -225,6 +225,11 @@ def _rubber(scene: Scene, size: tuple[float, ...]) -> list[Row]:
         Row("rubber", "shear wave time", readable(wave, "s"), of_run),
         *relaxation_rows(scene),
     ]
+    for layer in scene.rubber.layers:
+        other = layer.constants()
+        modulus = readable(other.youngs_modulus, "Pa")
+        meaning = f"Young's modulus; Poisson's ratio {other.poissons_ratio:.3f}"
+        rows.append(Row("rubber", f"layer {layer.name}", modulus, meaning))
     if not scene.rubber.inertia and not scene.rubber.is_drawn:  # error of the quasi-static box
         effect = f"{simplifications(scene).inertia.effect:.2g}"
         meaning = "of μ(t) for a moment at most, of its mean far less: rubber.inertia resolves it"
