@@ -77,6 +77,14 @@ def test_press_of_the_elements(tmp_path):
     assert (tmp_path / "elements.png").stat().st_size > 10_000
 
 
+def test_blocks_of_two_rubbers():
+    rows = printed("layers", "--quick")
+    change = {row[0]: float(row[-2].strip("%")) for row in rows if row[-2].endswith("%")}
+    assert abs(float(next(row[-1] for row in rows if row[0] == "program").strip("%"))) < 0.3
+    assert abs(change["the same rubber"]) < 0.01
+    assert abs(change["steel"] - change["a plate at 2 mm"]) < 0.3
+
+
 def test_slides_by_two_elements():
     rows = [row for row in printed("slide_elements", "--cases", "thesis_5bar") if row[0][:1] == "Q"]
     error = {tuple(row[:2]): row[6:] for row in rows}
