@@ -21,6 +21,7 @@ from iceslide_fem.postprocess.report.page import (
     Text,
 )
 from iceslide_fem.postprocess.report.png import save_png
+from iceslide_fem.postprocess.report.saved import save_page
 from iceslide_fem.postprocess.report.words import as_warning, versions_of
 from iceslide_fem.runtime.files import replace_file, writing
 from iceslide_fem.runtime.folders import claimed, clear_results, other_case
@@ -74,12 +75,13 @@ class Preprocessor(NamedTuple):
 
 
 class Done(NamedTuple):
-    """What a preprocessor has computed and written: case, results, summary, charts, and where."""
+    """What a preprocessor has computed and written: case, results, summary, page, and where."""
 
     case: Any
     found: Any
     figures: dict[str, Any]
-    charts: Charts
+    words: Words
+    page: Page
     folder: Path
 
 
@@ -88,10 +90,10 @@ def run(
 ) -> Done:
     """Compute what `values` describe (see `kind.case`) and write to `out`, or `kind.folder`.
 
-    Writes the tables, a picture for each entry of the charts, and the summary. Earlier results of
-    the same input are replaced, with `force` any results. Raises SceneError, before anything is
-    written, if the input is invalid or `out` must not be used, SimulationStopped if a step of the
-    law fails, and OutputError if a file cannot be written.
+    Writes the tables, a picture for each entry of the charts, the page, and the summary. Earlier
+    results of the same input are replaced, with `force` any results. Raises SceneError, before
+    anything is written, if the input is invalid or `out` must not be used, SimulationStopped if a
+    step of the law fails, and OutputError if a file cannot be written.
     """
     begun = time.perf_counter()
     case: Any = kind.case.of(values)
@@ -107,8 +109,11 @@ def run(
             for name, parts in charts.items():
                 save_png(parts, out / f"{name}.png")
         figures |= {"wall_s": time.perf_counter() - begun, "versions": versions()}
+        words = kind.words(figures)
+        page = page_of(words, charts, figures)
+        save_page(page, out)
         replace_file(out / kind.summary, json.dumps(figures, indent=2) + "\n")
-        return Done(case, found, figures, charts, out)
+        return Done(case, found, figures, words, page, out)
 
 
 def page_of(words: Words, charts: Charts, figures: Mapping[str, Any]) -> Page:

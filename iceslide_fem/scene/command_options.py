@@ -20,6 +20,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 
 from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.units import ZERO_CELSIUS, to_si
 from iceslide_fem.scene.fields import leaves, number_of, quantity_of
 from iceslide_fem.scene.messages import first_sentence, scene_from_dict
 from iceslide_fem.scene.model import Scene
@@ -238,7 +239,9 @@ class CommandOptions(BaseModel):
             elif value is True:
                 words.append(label)
             else:
-                words += [f"{label} {shlex.quote(text)}" for text in _as_typed(value)]
+                kelvin = isinstance(value, float) and _unit(field) == "K"
+                texts = [_degrees(value)] if kelvin else _as_typed(value)
+                words += [f"{label} {shlex.quote(text)}" for text in texts]
         return " \\\n    ".join([first, *words])
 
 
@@ -251,6 +254,22 @@ def _as_typed(value: Any) -> list[str]:
         parts = (":".join(map(_number, part)) for part in value) if nested else map(_number, value)
         return [",".join(parts)]
     return [_number(value)]
+
+
+def _unit(field: FieldInfo) -> str:
+    """SI unit of an option that is one number of a scene; "" of others."""
+    extra = field.json_schema_extra
+    keys = extra.get("keys") if isinstance(extra, dict) else None
+    number = (
+        number_of(OF_SCENES[str(keys[0])]) if isinstance(keys, tuple) and len(keys) == 1 else None
+    )
+    return "" if number is None else number.unit
+
+
+def _degrees(kelvin: float) -> str:
+    """A temperature (K) in degrees Celsius, if that reads back as the same value."""
+    text = f"{kelvin - ZERO_CELSIUS:.10g}degC"
+    return text if to_si(text, "K") == kelvin else _number(kelvin)
 
 
 def _number(value: Any) -> str:

@@ -11,6 +11,7 @@ import gzip
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from datetime import date
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -165,10 +166,14 @@ def html(page: Page) -> str:
         plotly=_plotly(),
         numbers=_packed(json.dumps(_numbers(page), separators=(",", ":")).encode()),
         version=iceslide_fem.__version__,
+        date=f"Page of {date.today():%d %B %Y}".replace(" 0", " "),
     )
 
 
-def plain(values: ArrayLike) -> list[float | None]:
+Numbers = list[float | None]
+
+
+def plain(values: ArrayLike) -> Numbers:
     """Numbers for the page: rounded to `DIGITS`, None for NaN and infinity."""
     flat = np.asarray(values, dtype=float).ravel().tolist()
     return [float(f"{value:.{DIGITS}g}") if math.isfinite(value) else None for value in flat]
@@ -206,14 +211,12 @@ def _numbers(page: Page) -> dict[str, Any]:
                 "curves": [_curve(curve) for curve in part.curves],
             }
         elif isinstance(part, HeatMap):
-            every = -(-np.shape(part.values)[1] // PIXELS)
-            values = np.asarray(part.values, dtype=float)[::every, ::every]
-            x, y = (np.asarray(place)[::every] for place in part.places)
+            (x, y), values = drawn(part)
             found[part.name] = {
                 "kind": "map",
-                "xs": plain(x),
-                "ys": plain(y),
-                "values": [plain(row) for row in values],
+                "xs": x,
+                "ys": y,
+                "values": values,
                 "colours": colours(part.colours),
                 **{
                     key: getattr(part, key)
@@ -223,6 +226,14 @@ def _numbers(page: Page) -> dict[str, Any]:
         elif isinstance(part, Fields):
             found["fields"] = {"moments": list(part.moments), "drawings": list(part.drawings)}
     return found
+
+
+def drawn(part: HeatMap) -> tuple[list[Numbers], list[Numbers]]:
+    """Places along x and y, and values (ny, nx), of the pixels that a page draws."""
+    every = -(-np.shape(part.values)[1] // PIXELS)
+    values = np.asarray(part.values, dtype=float)[::every, ::every]
+    places = [plain(np.asarray(place)[::every]) for place in part.places]
+    return places, [plain(row) for row in values]
 
 
 def _is_wide(part: Chart | HeatMap) -> bool:

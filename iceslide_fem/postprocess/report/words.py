@@ -10,8 +10,9 @@ from iceslide_fem.postprocess.results import Run
 from iceslide_fem.postprocess.results.run_directory import load_range
 from iceslide_fem.runtime.curve import Curve
 from iceslide_fem.runtime.errors import IceslideError, SceneError
-from iceslide_fem.runtime.units import ZERO_CELSIUS
+from iceslide_fem.runtime.units import ZERO_CELSIUS, celsius
 from iceslide_fem.scene import Scene, as_toml, flat, scene_from_dict, unit_of
+from iceslide_fem.scene.fields import with_unit
 from iceslide_fem.scene.materials import BAR
 from iceslide_fem.scene.toml import without_none
 
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from iceslide_fem.runs.simplifications import Simplification
 
 MM, MS, NM = 1e3, 1e3, 1e9
+DIGITS = 5  # of values of keys
 _MODELS = {
     "point": "at one point, at its nominal pressure",
     "slice": "in a slice along the sliding direction (plane strain)",
@@ -195,7 +197,7 @@ _COST = {
 
 
 def all_keys(scenes: Mapping[str, Mapping[str, Any]], only_different: bool = False) -> Table:
-    """The keys of one or more scenes, in SI units."""
+    """The keys of one or more scenes, with units."""
     tables = [flat(scene) for scene in scenes.values()]
     rows = []
     for key in {key: None for table in tables for key in table}:
@@ -205,7 +207,7 @@ def all_keys(scenes: Mapping[str, Mapping[str, Any]], only_different: bool = Fal
         ):
             unit = _unit(key)
             rows.append([Cell(key), *(Cell(_shown(value, unit)) for value in values)])
-    return Table("Scenes as resolved, SI units", ["key", *scenes], rows)
+    return Table("Scenes as resolved", ["key", *scenes], rows)
 
 
 def _unit(key: str) -> str:
@@ -222,7 +224,7 @@ def _shown(value: Any, unit: str) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, float):
-        return f"{value:.6g} {unit}".strip()
+        return celsius(value) if unit == "K" else with_unit(value, unit, DIGITS)
     if isinstance(value, list) and not any(isinstance(each, list) for each in value):
         return ", ".join(map(str, value)) or "none"
     return str(value)
