@@ -110,17 +110,19 @@ def run(
                 save_png(parts, out / f"{name}.png")
         figures |= {"wall_s": time.perf_counter() - begun, "versions": versions()}
         words = kind.words(figures)
-        page = page_of(words, charts, figures)
+        page = page_of(words, charts, figures, case.readable)
         save_page(page, out)
         replace_file(out / kind.summary, json.dumps(figures, indent=2) + "\n")
         return Done(case, found, figures, words, page, out)
 
 
-def page_of(words: Words, charts: Charts, figures: Mapping[str, Any]) -> Page:
-    """The page of a preprocessor's results."""
+def page_of(
+    words: Words, charts: Charts, figures: Mapping[str, Any], options: Sequence[tuple[str, str]]
+) -> Page:
+    """The page of a preprocessor's results; options: with their values."""
     lines = [[Cell(name), Cell(value)] for name, value in words.lines]
     notes = [as_warning(note) for note in figures["warnings"]]
-    case = [[Cell(key), Cell(str(v))] for key, v in figures["case"].items() if v is not None]
+    case = [[Cell(name), Cell(text)] for name, text in options]
     drawn = [part for parts in charts.values() for part in parts]
     return Page(
         title=words.title,
@@ -137,7 +139,7 @@ def page_of(words: Words, charts: Charts, figures: Mapping[str, Any]) -> Page:
             Section("neglected", "What the model leaves out", [Text(words.left_out)]),
             Section("again", "Run it again", [
                 Text(str(figures.get("command", "")), "code"),
-                Table("All options, SI units", ["option", "value"], case),
+                Table("All options", ["option", "value"], case),
                 versions_of({"": figures}),
             ]),
         ],

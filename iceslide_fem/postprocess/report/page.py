@@ -23,6 +23,7 @@ import iceslide_fem
 from iceslide_fem.runtime.files import replace_file
 
 DIGITS = 6  # of drawn numbers
+LONG = 2.0  # length over height of a map that needs the full width
 FEW = 6  # largest number of curves in a legend above a chart
 PIXELS = 260  # of a map along x at most: every n-th is drawn
 DRAWN = 1500  # points of a curve at most
@@ -92,7 +93,7 @@ class HeatMap(NamedTuple):
     """Values (ny, nx) over x and y, NaN without a value.
 
     range: ends of the colours, or None; classes: names of the values 1, 2 and so on; marked: places
-    (ny, nx) that a picture hatches, as `says` tells.
+    (ny, nx) that are hatched or grey, as `says` tells.
     """
 
     name: str
@@ -217,6 +218,7 @@ def _numbers(page: Page) -> dict[str, Any]:
                 "xs": x,
                 "ys": y,
                 "values": values,
+                "marked": _marked(part),
                 "colours": colours(part.colours),
                 **{
                     key: getattr(part, key)
@@ -236,9 +238,20 @@ def drawn(part: HeatMap) -> tuple[list[Numbers], list[Numbers]]:
     return places, [plain(row) for row in values]
 
 
+def _marked(part: HeatMap) -> list[Numbers] | None:
+    """1 at marked pixels, None elsewhere."""
+    if part.marked is None:
+        return None
+    marks = np.where(np.asarray(part.marked) > 0, 1.0, np.nan)
+    return drawn(part._replace(values=marks))[1]
+
+
 def _is_wide(part: Chart | HeatMap) -> bool:
-    """Whether a chart has the full width: a map to scale, or many curves."""
-    return part.equal if isinstance(part, HeatMap) else len(part.curves) > FEW
+    """Whether a chart has the full width: a long map to scale, or many curves."""
+    if isinstance(part, Chart):
+        return len(part.curves) > FEW
+    width, height = (float(np.ptp(np.asarray(place))) for place in part.places)
+    return part.equal and width > LONG * height
 
 
 def _curve(curve: Curve) -> dict[str, Any]:

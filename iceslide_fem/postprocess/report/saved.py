@@ -60,7 +60,9 @@ def _written(part: Part) -> dict[str, Any]:
         values["curves"] = [_curve(curve) for curve in part.curves]
     if isinstance(part, HeatMap):
         values["places"], values["values"] = drawn(part)
-        values["marked"] = None  # of pictures
+        if part.marked is not None:
+            marks = np.asarray(part.marked, dtype=float)
+            values["marked"] = drawn(part._replace(values=marks))[1]
     return {"part": type(part).__name__, **values}
 
 
