@@ -27,10 +27,11 @@ SIPES = {
 }
 BUILT_IN: dict[str, dict[str, Any]] = {
     "plain": SIZE,
+    "slick": {**SIZE, "edge_radius": 0.5e-3},
     "sipes4": {**SIZE, "sipes": SIPES["sipes4"]},
     "profile": {**SIZE, "sipes": SIPES["profile"], "edge_radius": 0.5e-3},
 }
-CELLS = {"slice": ("auto",), "block": ("hexahedra", "tetrahedra")}
+CELLS = {"slice": ("auto",), "block": ("auto", "tetrahedra")}
 
 
 def scene(model: str, rubber: dict[str, Any], duration: float) -> Scene:

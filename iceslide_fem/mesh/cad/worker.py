@@ -1,7 +1,7 @@
 """Mesh a CAD file in this process: `python -m iceslide_fem.mesh.cad.worker OPTIONS RESULT`.
 
-OPTIONS is JSON (`tread.Options`). RESULT becomes a .npz with points (m), cells, names of facets and
-what was found; or, with exit code 2, a text file with one sentence.
+OPTIONS is JSON (`tread.Options`). RESULT becomes a .npz with points (m), cells, names of facets,
+middles that are not on the CAD, and what was found; or, with exit code 2, a text file with one sentence.
 """
 
 from __future__ import annotations
@@ -13,7 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from iceslide_fem.mesh.cad.cells import Meshed, hexahedra, is_swept, section, tetrahedra
+from iceslide_fem.mesh.cad.cells import hexahedra, is_swept, section, tetrahedra
+from iceslide_fem.mesh.cad.collected import Meshed
 from iceslide_fem.mesh.cad.naming import NEAR, named
 from iceslide_fem.mesh.cad.solids import BadCad, found_up, placed, read_solids
 from iceslide_fem.mesh.cad.tread import MILLIMETRE, Options
@@ -59,6 +60,9 @@ def main() -> None:
     facets = named(body, found.facets, found.owner, gap, found.symmetric)
     arrays: dict[str, Any] = {f"facets_{name}": nodes for name, nodes in facets.items()}
     arrays |= {"points": points * options.unit, "cells": body.cells}
+    curved = np.linalg.norm(found.bulges, axis=1) > NEAR * np.ptp(points[:, -1])
+    for name, part in (("middles", found.middles), ("bulges", found.bulges)):
+        arrays[name] = part[curved] * options.unit
     np.savez(result, **arrays, words=[body.cell_type, up, why])
 
 
