@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from iceslide_fem.mesh.rubber import tagged_rubber
+from iceslide_fem.mesh.rubber import rounded, tagged_rubber
 from iceslide_fem.mesh.soundness import Soundness
 from iceslide_fem.runs.notes import notes
 from iceslide_fem.runtime.errors import SceneError
@@ -49,6 +49,35 @@ def faces(gap):
     else:
         occ.translate(sides[:1], -gap, 0, 0)
 
+def sweep(*corners):
+    points = [occ.addPoint(x, -5, z) for x, z in corners]
+    pairs = zip(points, points[1:] + points[:1], strict=True)
+    face = occ.addPlaneSurface([occ.addCurveLoop([occ.addLine(*pair) for pair in pairs])])
+    occ.extrude([(2, face)], 0, 10, 0)
+
+def spike(tip):
+    # a box whose top is the sides of a pyramid
+    box = [(x, y, z) for z in (0, 8) for x, y in ((-10, -5), (10, -5), (10, 5), (-10, 5))]
+    points = [occ.addPoint(*place) for place in (*box, tip)]
+    shell = [(0, 3, 2, 1), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
+    shell += [(4, 5, 8), (5, 6, 8), (6, 7, 8), (7, 4, 8)]
+    lines, faces = {}, []
+    for corners in shell:
+        loop = []
+        for a, b in zip(corners, corners[1:] + corners[:1]):
+            if (b, a) in lines:
+                loop.append(-lines[b, a])
+            else:
+                loop.append(lines.setdefault((a, b), occ.addLine(points[a], points[b])))
+        faces.append(occ.addPlaneSurface([occ.addCurveLoop(loop)]))
+    occ.addVolume([occ.addSurfaceLoop(faces)])
+
+spike((1, 1, -3)); save("spike")
+sweep((-10, 0), (10, 0), (10, 8), (-10, 8), (-10, 5), (12, 4), (-10, 3)); save("notch")
+sweep((-10, 0), (10, 0), (-10, 8), (10, 8)); save("crossed")
+sweep((-10, 0), (10 - 1e-6, 0), (10, 1e-6), (10, 8), (-10, 8)); save("short")
+box, cone = occ.addBox(-10, -5, 0, 20, 10, 8), occ.addCone(0, 0, 0, 0, 0, 4, 2, 0)
+occ.cut([(3, box)], [(3, cone)]); save("cone")
 faces(None); save("open")
 faces(2e-3); save("gap")
 occ.addBox(0, 0, 0, 9, 9, 4); occ.addBox(0, 0, 3, 9, 9, 4); save("overlap")
@@ -164,6 +193,34 @@ def test_a_slice_has_the_area_of_its_section(treads, name):
     assert ("walls" in tagged.facets) == (name in ("sipes4", "zigzag", "profile"))
 
 
+def middles(corners):
+    pairs = np.stack([corners, np.roll(corners, 1, axis=1)])
+    return pairs.mean(axis=0).reshape(-1, corners.shape[-1])
+
+
+@pytest.mark.parametrize(("name", "model"), [("slick", "block"), ("profile", "block"),
+                                             ("slick", "slice")])  # fmt: skip
+def test_contact_points_at_round_edges_lie_on_the_cad(treads, name, model):
+    """Chords of the arcs at the ends miss them, their moved middles do not."""
+    case, radius = scene(treads, name, model), 0.5
+    tagged = tagged_rubber(case)
+    chords = middles(tagged.points[tagged.facets["contact"]])
+    moved = rounded(case, chords)
+
+    def depth(points):
+        """How far points of the arc at the trailing end are within it, mm."""
+        x, z = 1e3 * points[:, 0] + 0.5 * L - radius, 1e3 * points[:, -1] - radius
+        here = (x < -1e-3) & (z < -1e-3)
+        if model == "block":  # away from the arcs along x
+            here &= 1e3 * points[:, 1] < 0.5 * W - 2 * radius
+        return radius - np.hypot(x, z)[here]
+
+    assert depth(chords).max() > 2e-3
+    assert np.abs(depth(moved)).max() < 1e-4
+    flat = 1e3 * chords[:, -1] < 1e-3
+    np.testing.assert_array_equal(moved[flat], chords[flat])
+
+
 def test_a_slice_is_cut_where_it_is_asked_for(treads):
     here = tagged_rubber(scene(treads, "zigzag", "slice", step_plane=1.3e-3))
     assert volume(here) == pytest.approx(155.2, abs=1e-3)
@@ -217,6 +274,10 @@ def test_finer_cells_and_other_ones(treads):
         ("overlap", "has solids that overlap"),
         ("apart", "has 2 solids that do not touch"),
         ("tilted", "has no flat top"),
+        ("spike", "has faces that cut each other"),
+        ("notch", "has faces that cut each other"),
+        ("crossed", "has faces that cut each other"),
+        ("short", r"has an edge of 1.4e-06 mm at \(10, .*\) mm, too short for cells"),
         ("cut_off", "cut off"),
         ("empty", "cut off"),
     ],
@@ -225,6 +286,13 @@ def test_a_bad_file_gets_a_sentence(treads, name, said):
     with pytest.raises(SceneError, match=said) as caught:
         tagged_rubber(scene(treads, name))
     assert str(treads / f"{name}.step") in str(caught.value)
+
+
+def test_what_is_healed_or_only_pointed_is_meshed(treads):
+    healed = tagged_rubber(scene(treads, "short", step_heal=1e-6))
+    assert 2.0 * volume(healed) == pytest.approx(L * W * H)
+    pointed = tagged_rubber(scene(treads, "cone"))
+    assert 2.0 * volume(pointed) == pytest.approx(L * W * H - np.pi * 16.0 / 3.0, rel=1e-3)
 
 
 def test_gaps_are_closed_if_it_is_asked_for(treads):
@@ -244,15 +312,30 @@ def test_other_suffixes_and_keys_are_refused(treads, tmp_path):
     assert any("rubber.step_plane" in one for one in said)
 
 
-def test_info_draws_a_tread(treads, tmp_path, capsys):
+def scene_file(folder, step):
     text = (
         'name = "cad"\nmodel = "block"\n[rubber]\ncompound = "B"\n'
-        f'step = "{treads / "zigzag.step"}"\n[load]\npressure = "1 bar"\nspeed = "3 m/s"\n'
+        f'step = "{step}"\n[load]\npressure = "1 bar"\nspeed = "3 m/s"\n'
         'duration = "1 ms"\n[ice]\ntemperature = "-4 degC"\nmotion = "attached"\n'
     )
-    (tmp_path / "scene.toml").write_text(text)
+    (folder / "scene.toml").write_text(text)
+    return folder / "scene.toml"
+
+
+def test_info_draws_a_tread(treads, tmp_path, capsys):
     picture = tmp_path / "tread.png"
-    assert exit_code("info", tmp_path / "scene.toml", "--picture", picture) == 0
+    path = scene_file(tmp_path, treads / "zigzag.step")
+    assert exit_code("info", path, "--picture", picture) == 0
     said = capsys.readouterr().out
     assert picture.stat().st_size > 5000 and "from CAD" in said
     assert "z of the file" in said and "larger flat end" in said
+
+
+@pytest.mark.parametrize("name", ["spike", "short"])
+def test_a_run_of_a_bad_file_ends_with_a_sentence_and_writes_nothing(
+    treads, tmp_path, capsys, name
+):
+    path = scene_file(tmp_path, treads / f"{name}.step")
+    assert exit_code("run", path, "--out", tmp_path / "run") == 2
+    assert f"rubber.step {treads / name}.step has " in capsys.readouterr().err
+    assert not (tmp_path / "run").exists()

@@ -14,7 +14,7 @@ import numpy as np
 
 from iceslide_fem.mesh.box import EDGE_CELL, EDGE_SLOPE, LARGEST_CELL, box_lines, reference_cells
 from iceslide_fem.mesh.cad.collected import Meshed, collected
-from iceslide_fem.mesh.cad.solids import FLAT, LOOSE, BadCad, box_of, outer_faces
+from iceslide_fem.mesh.cad.solids import FLAT, LOOSE, BadCad, box_of, edges, outer_faces
 from iceslide_fem.mesh.gmsh_model import QUADRILATERALS, grade
 from iceslide_fem.mesh.shape import BlockShape
 from iceslide_fem.runtime.arrays import Array
@@ -78,11 +78,14 @@ def tetrahedra(low: Array, high: Array, refinement: float) -> Meshed:
         occ.synchronize()
     cells, reach = reference_cells(shape_of(low, high, symmetric), refinement)
     stretch = cells[-1] / np.array(cells)
-    occ.dilate(gmsh.model.getEntities(3), 0.0, 0.0, 0.0, *stretch)
-    occ.synchronize()
+    try:
+        occ.dilate(gmsh.model.getEntities(3), 0.0, 0.0, 0.0, *stretch)
+        occ.synchronize()
+    except Exception:  # OpenCASCADE cannot stretch tips of cones and poles of some spheres
+        stretch, cells = np.ones(3), cells[:1]
     near = FLAT * height + LOOSE
     curves = []
-    for entity in gmsh.model.getEntities(1):
+    for entity in edges():
         first, last = box_of([entity])
         on_plane = symmetric and max(abs(first[1]), abs(last[1])) < near
         if last[2] - first[2] < near and not on_plane:

@@ -1,4 +1,4 @@
-"""What gmsh's current model has meshed: cells, outer facets, and how far CAD faces are from them."""
+"""What gmsh's current model has meshed: cells, outer facets, and the way from these to the CAD."""
 
 from __future__ import annotations
 
@@ -66,9 +66,9 @@ def _bulges(name: str, sides: Sequence[int], scale: Array) -> tuple[Array, Array
     gmsh.model.mesh.setOrder(2)
     nodes = _elements(QUADRATIC[name], sides)[0]
     points, places = nodes_of(gmsh.model, nodes.ravel())
-    places_of = (points * scale)[places.reshape(nodes.shape)]
-    middles = np.stack([places_of[:, around].mean(axis=1) for around in AROUND[name]], axis=1)
-    bulges = places_of[:, KINDS[name].nodes :] - middles
+    corners = (points * scale)[places.reshape(nodes.shape)]
+    middles = np.stack([corners[:, around].mean(axis=1) for around in AROUND[name]], axis=1)
+    bulges = corners[:, KINDS[name].nodes :] - middles
     return middles.reshape(-1, 3), bulges.reshape(-1, 3)
 
 

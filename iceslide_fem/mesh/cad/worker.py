@@ -1,7 +1,8 @@
 """Mesh a CAD file in this process: `python -m iceslide_fem.mesh.cad.worker OPTIONS RESULT`.
 
 OPTIONS is JSON (`tread.Options`). RESULT becomes a .npz with points (m), cells, names of facets,
-middles that are not on the CAD, and what was found; or, with exit code 2, a text file with one sentence.
+middles of facets that are not on the CAD, and what was found; or, with exit code 2, a text file
+with one sentence.
 """
 
 from __future__ import annotations
