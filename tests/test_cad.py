@@ -6,12 +6,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgb
+from matplotlib.image import imread
 
 from iceslide_fem.mesh.rubber import rounded, tagged_rubber
 from iceslide_fem.mesh.soundness import Soundness
 from iceslide_fem.runs.notes import notes
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import scene_from_dict
+from iceslide_fem.workflow.planning.mesh_picture import COLOURS
 from tests.program import exit_code
 
 ROOT = Path(__file__).parent.parent
@@ -327,8 +330,10 @@ def test_info_draws_a_tread(treads, tmp_path, capsys):
     path = scene_file(tmp_path, treads / "zigzag.step")
     assert exit_code("info", path, "--picture", picture) == 0
     said = capsys.readouterr().out
-    assert picture.stat().st_size > 5000 and "from CAD" in said
-    assert "z of the file" in said and "larger flat end" in said
+    assert "from CAD" in said and "z of the file" in said and "larger flat end" in said
+    pixels = imread(picture)[100:, :, :3]  # below the legend
+    walls = np.abs(pixels - to_rgb(COLOURS["walls"])).max(axis=2) < 0.02
+    assert walls.sum() > 2000  # those of both sipes, over what is behind them
 
 
 @pytest.mark.parametrize("name", ["spike", "short"])
