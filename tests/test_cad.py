@@ -75,6 +75,9 @@ def spike(tip):
         faces.append(occ.addPlaneSurface([occ.addCurveLoop(loop)]))
     occ.addVolume([occ.addSurfaceLoop(faces)])
 
+box, groove = occ.addBox(-10, -5, 0, 20, 10, 8), occ.addBox(4, -6, -1, 2, 12, 4)
+holes = [(3, occ.addCylinder(-4, y, -1, 0, 0, 6, 1)) for y in (-2.5, 2.5)]
+occ.cut([(3, box)], [(3, groove), *holes]); save("holes")
 spike((1, 1, -3)); save("spike")
 sweep((-10, 0), (10, 0), (10, 8), (-10, 8), (-10, 5), (12, 4), (-10, 3)); save("notch")
 sweep((-10, 0), (10, 0), (-10, 8), (10, 8)); save("crossed")
@@ -170,7 +173,7 @@ def areas(tagged):
 @pytest.mark.parametrize("name", VOLUMES)
 def test_a_block_has_the_volume_and_the_names_of_its_solid(treads, name):
     tagged = tagged_rubber(scene(treads, name))
-    kind = "hexahedron" if name in ("sipes4", "profile") else "tetrahedron"
+    kind = "tetrahedron" if name in ("slick", "tapered") else "hexahedron"
     assert tagged.cell_type == kind
     round_edges = name in ("slick", "profile")
     # All are symmetric, and half of them is meshed; chords of round edges cut corners.
@@ -265,8 +268,21 @@ def test_finer_cells_and_other_ones(treads):
     assert fine > 4 * coarse
     other = tagged_rubber(scene(treads, "plain", step_cells="tetrahedra"))
     assert other.cell_type == "tetrahedron" and volume(other) == pytest.approx(0.5 * L * W * H)
-    with pytest.raises(SceneError, match="no sweep along y"):
-        tagged_rubber(scene(treads, "zigzag", step_cells="hexahedra"))
+    with pytest.raises(SceneError, match="no sweep along y and has faces that are neither flat"):
+        tagged_rubber(scene(treads, "tapered", step_cells="hexahedra"))
+
+
+def test_layers_follow_sections_of_any_outline(treads):
+    """Round blind holes and a groove across of another depth: cells end at each of their ends."""
+    tagged = tagged_rubber(scene(treads, "holes"))
+    assert tagged.cell_type == "hexahedron"
+    left = L * W * H - 2.0 * np.pi * 5.0 - 2.0 * W * 3.0
+    assert 2.0 * volume(tagged) == pytest.approx(left, rel=1e-3)
+    found = areas(tagged)
+    assert found["plate"] == pytest.approx(0.5 * L * W)
+    assert found["walls"] == pytest.approx(W * 3.0 + 2.0 * np.pi * 5.0, rel=2e-2)
+    depths = 1e3 * np.unique(tagged.points[:, 2])
+    assert all(np.abs(depths - depth).min() < 1e-6 for depth in (3.0, 5.0))
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,8 @@ from iceslide_fem.simulate import run
 from scripts.studies.common import ROOT, options, table
 
 SIZE = {"length": 20e-3, "width": 10e-3, "height": 8e-3}
-PLACES = {"sipes4": (-6, -2, 2, 6), "profile": (-4, 4)}
+PLACES = {"sipes4": (-6, -2, 2, 6), "profile": (-4, 4), "zigzag": (-4, 4)}
+WAVE = {"wave": "zigzag", "amplitude": 0.5e-3, "wavelength": 4e-3}
 SIPES = {
     name: [{"position": 1e-3 * x, "width": 0.4e-3, "depth": 6e-3} for x in places]
     for name, places in PLACES.items()
@@ -29,6 +30,7 @@ BUILT_IN: dict[str, dict[str, Any]] = {
     "plain": SIZE,
     "slick": {**SIZE, "edge_radius": 0.5e-3},
     "sipes4": {**SIZE, "sipes": SIPES["sipes4"]},
+    "zigzag": {**SIZE, "sipes": [sipe | WAVE for sipe in SIPES["zigzag"]]},
     "profile": {**SIZE, "sipes": SIPES["profile"], "edge_radius": 0.5e-3},
 }
 CELLS = {"slice": ("auto",), "block": ("auto", "tetrahedra")}

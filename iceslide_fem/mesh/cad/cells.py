@@ -14,7 +14,7 @@ import numpy as np
 
 from iceslide_fem.mesh.box import EDGE_CELL, EDGE_SLOPE, LARGEST_CELL, box_lines, reference_cells
 from iceslide_fem.mesh.cad.collected import Meshed, collected
-from iceslide_fem.mesh.cad.solids import FLAT, LOOSE, BadCad, box_of, edges, outer_faces
+from iceslide_fem.mesh.cad.solids import FLAT, LOOSE, BadCad, across, box_of, edges, outer_faces
 from iceslide_fem.mesh.gmsh_model import QUADRILATERALS, grade
 from iceslide_fem.mesh.shape import BlockShape
 from iceslide_fem.runtime.arrays import Array
@@ -48,13 +48,8 @@ def is_swept(low: Array, high: Array) -> bool:
             if min(abs(first[1] - low[1]), abs(first[1] - high[1])) > near:
                 return False
             ends += 1
-            continue
-        begin, end = gmsh.model.getParametrizationBounds(2, face)
-        for u in np.linspace(0.1, 0.9, 5):
-            for v in np.linspace(0.1, 0.9, 5):
-                place = [begin[0] + u * (end[0] - begin[0]), begin[1] + v * (end[1] - begin[1])]
-                if abs(gmsh.model.getNormal(face, place)[1]) > 1e-6:
-                    return False
+        elif not across(face, 1):
+            return False
     return ends >= 2 and len(gmsh.model.getEntities(3)) == 1
 
 
@@ -90,7 +85,7 @@ def tetrahedra(low: Array, high: Array, refinement: float) -> Meshed:
         on_plane = symmetric and max(abs(first[1]), abs(last[1])) < near
         if last[2] - first[2] < near and not on_plane:
             curves.append(entity[1])
-    _sizes("CurvesList", curves, cells[-1], reach, _OF_TETRAHEDRA)
+    grade_cells("CurvesList", curves, cells[-1], reach, _OF_TETRAHEDRA)
     gmsh.model.mesh.generate(3)
     return collected("tetrahedron", symmetric, 1.0 / stretch)
 
@@ -117,7 +112,7 @@ def hexahedra(low: Array, high: Array, refinement: float) -> Meshed:
     occ.extrude(ends, 0.0, far, 0.0, [1] * len(layers), layers.tolist(), recombine=True)
     occ.synchronize()
     corners = [point for _, point in gmsh.model.getBoundary(ends, oriented=False, recursive=True)]
-    _sizes("PointsList", corners, cells[-1], reach, QUADRILATERALS)
+    grade_cells("PointsList", corners, cells[-1], reach, QUADRILATERALS)
     for end in ends:
         gmsh.model.mesh.setRecombine(*end)
     gmsh.model.mesh.generate(3)
@@ -151,7 +146,7 @@ def section(low: Array, high: Array, at: float, refinement: float) -> Meshed:
     occ.synchronize()
     corners = [point for _, point in gmsh.model.getEntities(0)]
     options = {**QUADRILATERALS, "Mesh.MeshSizeFromCurvature": ROUND}
-    _sizes("PointsList", corners, cells[-1], reach, options)
+    grade_cells("PointsList", corners, cells[-1], reach, options)
     for face in faces:
         gmsh.model.mesh.setRecombine(*face)
     gmsh.model.mesh.generate(2)
@@ -161,7 +156,7 @@ def section(low: Array, high: Array, at: float, refinement: float) -> Meshed:
     return found._replace(body=body, middles=flat[1], bulges=flat[2])
 
 
-def _sizes(
+def grade_cells(
     kind: str, entities: Sequence[int], cell: float, reach: float, options: Mapping[str, int]
 ) -> None:
     """Sizes of cells by the distance to curves or points (`gmsh_model.grade`)."""

@@ -44,12 +44,12 @@ def collected(name: str, symmetric: bool, scale: Array) -> Meshed:
     The elements in the model become quadratic. Raises BadCad if there are cells of another kind.
     """
     kind = KINDS[name]
-    cells = _elements(kind, [number for _, number in gmsh.model.getEntities(kind.dim)])[0]
+    cells = elements(kind, [number for _, number in gmsh.model.getEntities(kind.dim)])[0]
     sides = [
         number for _, number in gmsh.model.getEntities(kind.dim - 1)
         if len(gmsh.model.getAdjacencies(kind.dim - 1, number)[0]) == 1
     ]  # fmt: skip
-    facets, owner = _elements(KINDS[FACETS[name]], sides)
+    facets, owner = elements(KINDS[FACETS[name]], sides)
     if not len(cells):
         raise BadCad("cannot be meshed: no cells are left; raise numerics.refinement")
     points, places = nodes_of(gmsh.model, np.concatenate([cells.ravel(), facets.ravel()]))
@@ -64,7 +64,7 @@ def collected(name: str, symmetric: bool, scale: Array) -> Meshed:
 def _bulges(name: str, sides: Sequence[int], scale: Array) -> tuple[Array, Array]:
     """Middles of the facets of the `sides` and of their edges, and the ways to the CAD."""
     gmsh.model.mesh.setOrder(2)
-    nodes = _elements(QUADRATIC[name], sides)[0]
+    nodes = elements(QUADRATIC[name], sides)[0]
     points, places = nodes_of(gmsh.model, nodes.ravel())
     corners = (points * scale)[places.reshape(nodes.shape)]
     middles = np.stack([corners[:, around].mean(axis=1) for around in AROUND[name]], axis=1)
@@ -72,7 +72,7 @@ def _bulges(name: str, sides: Sequence[int], scale: Array) -> tuple[Array, Array
     return middles.reshape(-1, 3), bulges.reshape(-1, 3)
 
 
-def _elements(kind: Kind, entities: Sequence[int]) -> tuple[IntArray, IntArray]:
+def elements(kind: Kind, entities: Sequence[int]) -> tuple[IntArray, IntArray]:
     """Elements of a kind on entities, (n, corners), and the number of their entity, (n,)."""
     found = [np.zeros((0, kind.nodes), dtype=np.int64)]
     owner = [np.zeros(0, dtype=np.int64)]

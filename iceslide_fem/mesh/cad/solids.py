@@ -21,6 +21,7 @@ HEALS = 1e-3, 1e-2, 0.1  # mm, tried to name the gap of a file whose faces do no
 SAME = 1e-6  # relative tolerance of volumes
 SHORTEST = 1e-6  # of the largest side: edges that can be meshed
 FLAT = 1e-5  # of the largest side: tolerance of a flat face
+UPRIGHT = 1e-6  # component of a normal
 LOOSE = 2e-6  # gmsh's enlargement of bounding boxes
 TIE = 1e-3  # of the larger surplus of flat area
 
@@ -134,6 +135,17 @@ def outer_faces() -> list[int]:
         for _, face in gmsh.model.getEntities(2)
         if len(gmsh.model.getAdjacencies(2, face)[0]) == 1
     ]
+
+
+def across(face: int, axis: int) -> bool:
+    """Whether all normals of a face are perpendicular to an axis (0, 1, 2)."""
+    begin, end = gmsh.model.getParametrizationBounds(2, face)
+    for u in np.linspace(0.1, 0.9, 5):
+        for v in np.linspace(0.1, 0.9, 5):
+            place = [begin[0] + u * (end[0] - begin[0]), begin[1] + v * (end[1] - begin[1])]
+            if abs(gmsh.model.getNormal(face, place)[axis]) > UPRIGHT:
+                return False
+    return True
 
 
 def edges() -> list[Entity]:

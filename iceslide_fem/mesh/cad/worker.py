@@ -18,6 +18,7 @@ from iceslide_fem.mesh.cad.cells import hexahedra, is_swept, section, tetrahedra
 from iceslide_fem.mesh.cad.collected import Meshed
 from iceslide_fem.mesh.cad.naming import NEAR, named
 from iceslide_fem.mesh.cad.solids import BadCad, found_up, placed, read_solids
+from iceslide_fem.mesh.cad.stacked import heights, stacked
 from iceslide_fem.mesh.cad.tread import MILLIMETRE, Options
 from iceslide_fem.mesh.gmsh_model import empty_model
 from iceslide_fem.runtime.arrays import Array
@@ -34,13 +35,17 @@ def meshed(options: Options) -> tuple[Meshed, str, str]:
             0.5 * float(low[1] + high[1]) if options.plane is None else options.plane / options.unit
         )
         return section(low, high, at, options.refinement), up, why
-    sweep = options.cells != "tetrahedra" and is_swept(low, high)
-    if options.cells == "hexahedra" and not sweep:
+    if options.cells != "tetrahedra":
+        if is_swept(low, high):
+            return hexahedra(low, high, options.refinement), up, why
+        if levels := heights(low, high):
+            return stacked(low, high, levels, options.refinement), up, why
+    if options.cells == "hexahedra":
         raise BadCad(
-            'is no sweep along y, which hexahedra need; allowed: rubber.step_cells = "tetrahedra"'
+            "is no sweep along y and has faces that are neither flat nor upright, so it cannot "
+            'have hexahedra; allowed: rubber.step_cells = "tetrahedra"'
         )
-    mesh = hexahedra if sweep else tetrahedra
-    return mesh(low, high, options.refinement), up, why
+    return tetrahedra(low, high, options.refinement), up, why
 
 
 def main() -> None:
