@@ -1,5 +1,6 @@
 """Treads of CAD files: volumes, names, sections, turns, and files that are bad."""
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -236,6 +237,31 @@ def test_a_slice_is_cut_where_it_is_asked_for(treads):
         tagged_rubber(scene(treads, "compound", "slice"))
     with pytest.raises(SceneError, match="= 9 mm; allowed: -5 to 5 mm"):
         tagged_rubber(scene(treads, "zigzag", "slice", step_plane=9e-3))
+
+
+def test_solids_are_layers_by_their_numbers_or_names(treads):
+    base = {"name": "solid_2", "compound": "B"}
+    for more, kind in (({}, "hexahedron"), ({"step_cells": "tetrahedra"}, "tetrahedron")):
+        tagged = tagged_rubber(scene(treads, "compound", layers=[base], **more))
+        assert tagged.cell_type == kind
+        half = 2.0 if "symmetry" in tagged.facets else 1.0
+        for name, expected in (("rubber", 1440.0 - 400.0), ("solid_2", 400.0)):
+            part = tagged._replace(cells=tagged.cells[tagged.regions[name]])
+            assert half * volume(part) == pytest.approx(expected, rel=1e-6)
+    tagged = tagged_rubber(scene(treads, "compound", "slice", step_plane=2e-3, layers=[base]))
+    z = 1e3 * tagged.points[tagged.cells][..., -1]
+    assert (z[tagged.regions["solid_2"]].min(), z[tagged.regions["rubber"]].max()) == (
+        pytest.approx(6.0), pytest.approx(6.0),
+    )  # fmt: skip
+    with pytest.raises(SceneError, match='no solid "cord" .* solid_1 .*0 to 6 mm high.*solid_2'):
+        tagged_rubber(scene(treads, "compound", layers=[{**base, "name": "cord"}]))
+    with pytest.raises(SceneError, match="touches the ice"):
+        tagged_rubber(scene(treads, "compound", layers=[{**base, "name": "solid_1"}]))
+    text = (treads / "compound.step").read_text()
+    product = re.findall(r"PRODUCT\('([^']*)'", text)[-1]  # the upper solid
+    (treads / "named.step").write_text(text.replace(f"'{product}'", "'Tread base'"))
+    tagged = tagged_rubber(scene(treads, "named", layers=[{**base, "name": "tread_base"}]))
+    assert set(tagged.regions) == {"rubber", "tread_base"}
 
 
 def test_a_turned_file_is_the_same_tread(treads):

@@ -30,10 +30,11 @@ class BadCad(Exception):
     """What is wrong with a file, in words that follow its name."""
 
 
-def read_solids(path: Path, heal: float) -> list[Entity]:
-    """Solids of a file that share their common faces. Lengths are mm, those of BREP as they are.
+def read_solids(path: Path, heal: float) -> dict[Entity, str]:
+    """Solids of a file that share their common faces, and their names in it, "" without one.
 
-    heal: gaps of faces (mm) that are closed. Raises BadCad.
+    Lengths are mm, those of BREP as they are. heal: gaps of faces (mm) that are closed. Raises
+    BadCad.
     """
     occ = gmsh.model.occ
     # OpenCASCADE reads IGES in mm; its target unit is one of STEP.
@@ -103,13 +104,16 @@ def _volume() -> float:
     return float(sum(gmsh.model.occ.getMass(*solid) for solid in gmsh.model.getEntities(3)))
 
 
-def _joined() -> list[Entity]:
-    """The solids with common faces. Raises BadCad if they overlap or do not touch."""
+def _joined() -> dict[Entity, str]:
+    """The solids with common faces, and their names. Raises BadCad if they overlap or do not
+    touch.
+    """
     solids = gmsh.model.getEntities(3)
+    names = [gmsh.model.getEntityName(*solid).rpartition("/")[2] for solid in solids]
     if len(solids) == 1:
-        return list(solids)
+        return dict(zip(solids, names, strict=True))
     before = _volume()
-    gmsh.model.occ.fragment(solids[:1], solids[1:])
+    _, pieces = gmsh.model.occ.fragment(solids[:1], solids[1:])
     gmsh.model.occ.synchronize()
     after, solids = _volume(), gmsh.model.getEntities(3)
     if abs(after - before) > SAME * before:
@@ -125,7 +129,8 @@ def _joined() -> list[Entity]:
             bodies[number] = together
     if len({id(body) for body in bodies.values()}) > 1:
         raise BadCad(f"has {len(solids)} solids that do not touch; allowed: one body")
-    return list(solids)
+    of_piece = {piece: name for some, name in zip(pieces, names, strict=True) for piece in some}
+    return {solid: of_piece.get(solid, "") for solid in solids}
 
 
 def outer_faces() -> list[int]:

@@ -28,7 +28,7 @@ LONGEST = 600.0  # s that meshing may take
 @dataclass(frozen=True)
 class Options:
     """What makes a mesh of a file: lengths in m, `unit` that of the file in m; the others as the
-    keys `rubber.step_...`.
+    keys `rubber.step_...`; layers: names of solids of other rubber.
     """
 
     path: str
@@ -41,6 +41,7 @@ class Options:
     gap: float | None
     heal: float
     cells: str
+    layers: tuple[str, ...]
 
 
 class Drawn(NamedTuple):
@@ -61,6 +62,7 @@ def options_of(rubber: Rubber, dim: int, refinement: float) -> Options:
     return Options(
         str(rubber.step), dim, refinement, unit, rubber.step_up, rubber.step_along,
         rubber.step_plane, rubber.step_gap, rubber.step_heal, rubber.step_cells,
+        tuple(layer.name for layer in rubber.layers),
     )  # fmt: skip
 
 
@@ -123,5 +125,10 @@ def _meshed(options: Options, _stamp: int) -> Drawn:
                 if name.startswith("facets_")
             }
             kind, axis, why = (str(word) for word in found["words"])
-            tagged = TaggedMesh(found["points"], kind, found["cells"], facets, "rubber")
+            regions = {
+                name: np.flatnonzero(found["layer"] == number)
+                for number, name in enumerate(("rubber", *options.layers))
+            }
+            cells = found["points"], kind, found["cells"]
+            tagged = TaggedMesh(*cells, facets, "rubber", regions if options.layers else {})
             return Drawn(tagged, (axis, why), found["middles"], found["bulges"])

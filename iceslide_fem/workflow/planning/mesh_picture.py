@@ -27,7 +27,14 @@ COLOURS = {"contact": "#d55e00", "walls": "#009e73", "plate": "#0072b2", "symmet
 COLOURS |= {"base": "#cc79a7"}
 FREE = "#eeeeee"
 ICE = "#c6e5f5"
-LAYERS = ("#ead6a8", "#bfdcb4", "#e3c3dc", "#d8b9a0", "#b6bfe0", "#9ec7c2")  # below the ice, cyclic
+LAYERS = (
+    "#ead6a8",
+    "#bfdcb4",
+    "#e3c3dc",
+    "#d8b9a0",
+    "#b6bfe0",
+    "#9ec7c2",
+)  # of ice or rubber, cyclic
 SHOWN_LAYERS = 40.0  # size of the panel of the edge, in thicknesses of the topmost cells
 
 
@@ -136,32 +143,27 @@ def _draw_outside(axes: Any, tagged: TaggedMesh, elevation: float) -> None:
 
 def _outside(tagged: TaggedMesh) -> list[tuple[str, IntArray]]:
     """Colours, and the outer facets (n, corners) of each."""
-    outer = outer_facets(tagged)
-    if tagged.body == "ice":
-        regions = {
-            name: facets_of(tagged._replace(cells=tagged.cells[cells]))
-            for name, cells in tagged.named_cells.items()
-        }
-        colours = _region_colours(tagged)
-        return [(colours[name], outer[among(outer, regions[name])]) for name in regions]
-    named = np.concatenate(list(tagged.facets.values()))
-    parts = [(COLOURS[name], facets) for name, facets in tagged.facets.items()]
-    return [(FREE, outer[~among(outer, named)]), *parts]
+    outer, parts = outer_facets(tagged), []
+    if tagged.body != "ice":
+        parts = [(COLOURS[name], facets) for name, facets in tagged.facets.items()]
+        outer = outer[~among(outer, np.concatenate([facets for _, facets in parts]))]
+    for name, colour in _region_colours(tagged).items():
+        cells = tagged.cells[tagged.named_cells[name]]
+        parts.append((colour, outer[among(outer, facets_of(tagged._replace(cells=cells)))]))
+    return parts
 
 
 def _region_colours(tagged: TaggedMesh) -> dict[str, str]:
-    """Colours of the regions of a mesh by name."""
-    names = list(tagged.named_cells)
-    if tagged.body != "ice":
-        return dict.fromkeys(names, FREE)
-    below = [name for name in names if name != "ice"]
-    return {"ice": ICE} | dict(zip(below, itertools.cycle(LAYERS), strict=False))
+    """Colours of the regions of a mesh by name: that of the ice, or of the rubber at it, first."""
+    others = [name for name in tagged.named_cells if name != tagged.body]
+    first = {tagged.body: ICE if tagged.body == "ice" else FREE}
+    return first | dict(zip(others, itertools.cycle(LAYERS), strict=False))
 
 
 def _add_legend(figure: Figure, meshes: list[TaggedMesh]) -> None:
     shown: dict[str, str] = {}
     for tagged in meshes:
-        if len(meshes) > 1:
+        if len(meshes) > 1 or len(tagged.named_cells) > 1:
             shown |= _region_colours(tagged)
         if tagged.body != "ice" or tagged.points.shape[1] == 2:
             shown |= {name: COLOURS[name] for name in tagged.facets if name in COLOURS}
