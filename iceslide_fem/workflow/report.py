@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import base64
 import json
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from iceslide_fem.postprocess.report.page import Page, write_page
+from iceslide_fem.postprocess.report.page import Page, Picture, Section, write_page
 from iceslide_fem.postprocess.report.saved import FILE as SAVED
 from iceslide_fem.postprocess.report.saved import read_page
-from iceslide_fem.postprocess.results import names_of, read_run
+from iceslide_fem.postprocess.results import Run, names_of, read_run
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.files import check_writable, writing
 
@@ -66,7 +68,8 @@ def _page_of(folder: Path) -> Page:
             raise SceneError(f"{folder} was written without {SAVED}: run its command again")
         from iceslide_fem.postprocess.report.of_run import page_of_run
 
-        return page_of_run(read_run(folder))
+        run = read_run(folder)
+        return _with_mesh(page_of_run(run), run)
     if (folder / "sweep.nc").is_file():
         from iceslide_fem.workflow.sweep.report_page import page_of_sweep
 
@@ -95,6 +98,25 @@ def _summary(folder: Path) -> dict[str, Any]:
     if not isinstance(summary, dict) or not summary:
         raise SceneError(f"{path} is not what a command wrote")
     return summary
+
+
+def _with_mesh(page: Page, run: Run) -> Page:
+    """The page with a picture of the block's mesh, if a user has drawn it and its file is there."""
+    from iceslide_fem.postprocess.report.words import scene_of
+
+    scene = scene_of(run.scene)
+    if scene is None or scene.model == "point" or not scene.rubber.is_drawn:
+        return page
+    from iceslide_fem.workflow.planning.mesh_picture import draw_mesh
+
+    with tempfile.TemporaryDirectory() as alone:
+        path = Path(alone) / "mesh.png"
+        draw_mesh(scene, path)
+        png = base64.b64encode(path.read_bytes()).decode()
+    drawn = Picture("The mesh", "The mesh that is computed, its parts in colours", png)
+    return page._replace(
+        sections=[*page.sections[:-1], Section("mesh", "The mesh", [drawn]), page.sections[-1]]
+    )
 
 
 def _is_level(path: Path) -> bool:

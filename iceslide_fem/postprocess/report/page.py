@@ -119,7 +119,15 @@ class Fields(NamedTuple):
     drawings: Sequence[Mapping[str, Any]]
 
 
-Part = Text | Table | Chart | HeatMap | Fields
+class Picture(NamedTuple):
+    """A picture; png: its file in base64; says: description in words."""
+
+    title: str
+    says: str
+    png: str
+
+
+Part = Text | Table | Chart | HeatMap | Fields | Picture
 
 
 class Section(NamedTuple):
