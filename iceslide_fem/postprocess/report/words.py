@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cache
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from iceslide_fem.postprocess.report.page import Cell, Section, Table, Text
@@ -46,8 +47,11 @@ def in_words(scene: Mapping[str, Any]) -> str:
     """Description of a resolved scene in a few sentences."""
     rubber, load, ice, film = (scene[name] for name in ("rubber", "load", "ice", "film"))
     size = " x ".join(f"{MM * rubber[side]:.4g}" for side in ("length", "width", "height"))
-    own = f" on the mesh {rubber['mesh']}" if rubber.get("mesh") else f" of {size} mm"
+    file = rubber.get("mesh") or rubber.get("step")
+    own = f" drawn in {Path(file).name}" if file else f" of {size} mm"
     compound = f"compound {rubber['compound']}" if rubber.get("compound") else "given constants"
+    layers = [f"{layer['name']} of another rubber" for layer in rubber.get("layers") or []]
+    compound = ", ".join([compound, *layers])
     passing = (
         "passes below it" if ice["motion"] == "sliding" else "stays below it, as seen from the ice"
     )
