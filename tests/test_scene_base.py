@@ -96,7 +96,7 @@ def test_a_scene_with_other_values_is_a_new_one(files):
     nested = scene.replace({"load": {"pressure": "3 bar", "speed": 1.0}})
     assert dotted == nested and dotted.load.pressure == 3e5 and scene.load.pressure == 1e5
     assert scene.replace({}) == scene
-    constants = {"compound": None, "C10": "0.2 MPa", "C01": "0.1 MPa"}
+    constants = {"compound": None, "C10": "0.2 MPa", "C01": "0.1 MPa", "nu": 0.49}
     other = scene.replace({"rubber": constants, "film": {"k": 0.3, "D": 6e-4, "H_V": 2e-6}})
     assert other.rubber.C10 == 2e5
     with pytest.raises(SceneError, match="did you mean load.pressure"):

@@ -9,14 +9,16 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from iceslide_fem.api.errors import in_python
+from iceslide_fem.api.scenes import AnyScene, as_scene
 from iceslide_fem.runtime.arrays import plain
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.scene import Scene
 from iceslide_fem.workflow.sweep import plan_of, run_sweep, share_cores
 
 
+@in_python()
 def sweep(
-    scene: Scene,
+    scene: AnyScene,
     vary: Mapping[str, Sequence[Any]],
     out: Path | str | None = None,
     *,
@@ -50,6 +52,7 @@ def sweep(
     ```
     """
     given = {key: _values(key, values) for key, values in vary.items()}
+    scene = as_scene(scene)
     plan = plan_of(scene.model_dump(mode="json", exclude_unset=True), given)
     folder = Path("results") / f"{scene.name}-sweep" if out is None else Path(out)
     return run_sweep(plan, folder, share_cores(cores_per_case, cases_at_a_time), say, force)
