@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -12,6 +12,7 @@ from iceslide_fem.runtime.errors import Interrupted, SceneError, SimulationStopp
 from iceslide_fem.runtime.files import check_writable, writing
 from iceslide_fem.runtime.launch import started_by_mpirun, termination_as_interrupt
 from iceslide_fem.runtime.options import CaseName, Force, Overrides, SceneFile, folder_option
+from iceslide_fem.runtime.terminal import say
 
 
 def sweep(
@@ -45,14 +46,14 @@ def sweep(
         ),
     ] = False,
     no_report: NoReport = False,
-) -> None:
+) -> dict[str, Any]:
     """Run a scene for all combinations of some of its values; again: only what is missing."""
     if started_by_mpirun():
         raise SceneError(
             "iceslide sweep starts its own processes: run it without mpirun, with --cores-per-case"
         )
     from iceslide_fem.scene.cases import scene_path
-    from iceslide_fem.workflow.sweep import failures, make_plan, run_sweep, share_cores
+    from iceslide_fem.workflow.sweep import cases_in, failures, make_plan, run_sweep, share_cores
     from iceslide_fem.workflow.sweep.plots import plot_sweep
 
     plan = make_plan(scene_path(scene_file, case), overrides or [], varied or [])
@@ -61,7 +62,7 @@ def sweep(
     check_writable(out)
     try:
         with termination_as_interrupt():
-            dataset = run_sweep(plan, out, cores, typer.echo, force)
+            dataset = run_sweep(plan, out, cores, say, force)
     except KeyboardInterrupt:
         raise Interrupted(
             f"the sweep was stopped; {out / 'sweep.csv'} says what is done, and the same command "
@@ -75,11 +76,14 @@ def sweep(
         typer.echo(dataset.attrs["verdict"])
     for path in (out / "sweep.csv", out / "sweep.nc", *pictures, *out.glob("report.html")):
         typer.echo(str(path))
+    found = {"folder": out, "verdict": dataset.attrs["verdict"], "cases": cases_in(out)}
     lines = failures(dataset)
     for line in lines:
         typer.echo(line)
     if lines and not no_run:
         raise SimulationStopped(
             f"{int((dataset.status != 'done').sum())} of {len(plan.cases)} cases are not done; "
-            "the same command tries them again"
+            "the same command tries them again",
+            found,
         )
+    return found

@@ -35,6 +35,7 @@ from iceslide_fem.workflow.sweep.table import (
     DONE,
     NOT_COMPUTED,
     CaseResult,
+    cases_in,
     done_points,
     read_outcome,
     read_sweep,
@@ -45,6 +46,7 @@ from iceslide_fem.workflow.sweep.table import (
 __all__ = [
     "Cores",
     "Plan",
+    "cases_in",
     "failures",
     "make_plan",
     "plan_of",

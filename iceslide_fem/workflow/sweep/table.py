@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -109,6 +110,13 @@ def read_sweep(folder: Path | str) -> xr.Dataset:
         return xr.load_dataset(path, engine="scipy")
     except (ArithmeticError, LookupError, MemoryError, OSError, TypeError, ValueError) as error:
         raise SceneError(f"{folder} holds no sweep (no readable sweep.nc: {error})") from None
+
+
+def cases_in(folder: Path) -> list[dict[str, Any]]:
+    """The rows of `sweep.csv` in `folder`, by column; None for an empty cell."""
+    table = pd.read_csv(folder / "sweep.csv", dtype=dict.fromkeys(_TEXT, str))
+    rows = table.to_json(orient="records", double_precision=15)
+    return list(json.loads(rows))
 
 
 def scenes_of_table(folder: Path) -> set[str]:
