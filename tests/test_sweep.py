@@ -254,7 +254,7 @@ def test_a_chart_says_how_many_of_the_curves_it_shows(tmp_path):
 def test_auto_chooses_ice_and_model_of_every_case(tmp_path):
     scene = tmp_path / "scene.toml"
     scene.write_text(CASE.read_text().replace('heat = "continuum"', 'margin = "0.3 mm"'))
-    plan = make_plan(scene, ["model=auto"], ["load.pressure=1bar,2bar"])
+    plan = make_plan([scene], ["model=auto"], ["load.pressure=1bar,2bar"])
     alone = resolved(load_scene(scene, ["model=auto"]))
     assert plan.cases[0].scene == alone and alone.ice.heat == "continuum"
     write_scene(tmp_path / "written.toml", plan.cases[0].scene)
