@@ -28,8 +28,22 @@ from iceslide_fem.postprocess.report.curves import (  # noqa: E402
     charts_of,
     charts_of_one,
 )
+from iceslide_fem.postprocess.report.of_pages import page_of_pages  # noqa: E402
 from iceslide_fem.postprocess.report.of_runs import verdict  # noqa: E402
-from iceslide_fem.postprocess.report.page import plain, thinned  # noqa: E402
+from iceslide_fem.postprocess.report.page import (  # noqa: E402
+    Cell,
+    Chart,
+    Curve,
+    HeatMap,
+    Page,
+    Section,
+    Table,
+    Text,
+    plain,
+    thinned,
+)
+from iceslide_fem.postprocess.report.page import html as html_of  # noqa: E402
+from iceslide_fem.postprocess.report.saved import read_page, save_page  # noqa: E402
 from iceslide_fem.postprocess.results import read_run  # noqa: E402
 from iceslide_fem.preprocess.footprint.case import FootprintCase  # noqa: E402
 from iceslide_fem.preprocess.footprint.pressure_map import gaussian_profile  # noqa: E402
@@ -397,7 +411,6 @@ def test_fields_are_those_that_were_written(pages):
         (["."], "holds nothing to report"),
         (["point", "point"], "the same folder is given twice"),
         (["point", "--out", "page.txt"], "give a file that ends in .html"),
-        (["point", "sweep"], "holds no finished run"),
     ],
 )
 def test_wrong_input_is_a_sentence(pages, arguments, words, monkeypatch, capsys, tmp_path):
@@ -442,9 +455,13 @@ def test_a_folder_with_a_damaged_summary_is_refused(tmp_path):
     (tmp_path / "summary.json").write_text("[1]")
     with pytest.raises(SceneError, match="not what a command wrote"):
         page_of([tmp_path])
-    (tmp_path / "summary.json").write_text('{"footprint": {}}')
-    with pytest.raises(SceneError, match="no whole footprint"):
+    (tmp_path / "summary.json").write_text('{"footprint": {}, "case": {}}')
+    with pytest.raises(SceneError, match="run its command again"):
         page_of([tmp_path])
+    for text in ("", "[]", '{"sections": [{}]}', '{"title": "", "summary": "", "sections": [[]]}'):
+        (tmp_path / "page.json").write_text(text)
+        with pytest.raises(SceneError, match="not what a command wrote"):
+            page_of([tmp_path])
 
 
 def drawn_in(page, path):
@@ -511,3 +528,69 @@ def contrast(one, other):
 
     dark, light = sorted((luminance(one), luminance(other)))
     return (light + 0.05) / (dark + 0.05)
+
+
+def a_page(mu, curve, degrees):
+    tables = [
+        Table(
+            "Main figures", ["", ""], [[Cell("peak mu"), Cell(mu)], [Cell("ice"), Cell(degrees)]]
+        ),
+        Table("Friction", ["speed", "mu", "ice (°C)"], [[Cell("50"), Cell(mu), Cell(degrees[:2])]]),
+    ]
+    chart = Chart("mu", "Friction", "Of a wheel.", "slip", "mu", [Curve("", [0.0, 1.0], curve)])
+    heat = HeatMap("map", "Pressure", "", "x", "y", "bar", ([0, 1], [0]), [[1.0, np.nan]])
+    parts = [Text("--temperature=-4degC", "code")]
+    sections = [
+        Section("results", "Results", tables),
+        Section("warnings", "Warnings", [Text("Hot.", "warning")]),
+        Section("curves", "Curves", [chart, heat]),
+        Section("again", "Again", parts),
+    ]
+    return Page("a wheel", "A wheel.", sections)
+
+
+def test_a_saved_page_is_read_back(tmp_path):
+    page = a_page("0.2", [0.0, np.nan], "-4 °C")
+    save_page(page, tmp_path)
+    assert html_of(read_page(tmp_path)) == html_of(page)
+
+
+def test_several_pages_are_set_against_the_first():
+    pages = {
+        "a": a_page("0.20", [0.1, 0.2], "-4 °C"),
+        "b": a_page("0.25", [0.2, 0.3], "-8 °C"),
+        "c": a_page("none", [0.2, 0.3], "-4 °C"),
+    }
+    page = page_of_pages(pages, "iceslide report a b c")
+    beside, below, *_ = page.sections[0].parts
+    assert [[cell.text for cell in row] for row in beside.rows] == [
+        ["peak mu", "0.20", "0.25 (+25.0%)", "none"],
+        ["ice", "-4 °C", "-8 °C", "-4 °C"],
+    ]
+    assert [cell.text for cell in below.rows[1]] == ["b", "50", "0.25 (+25.0%)", "-8"]
+    chart, *maps = page.sections[1].parts
+    assert [curve.name for curve in chart.curves] == ["a", "b", "c"] and chart.says == "Of a wheel."
+    assert len({part.name for part in maps}) == len(maps) == 3
+    assert page.sections[2].parts[1].words == "b: Hot."
+    assert page.sections[3].parts[0].words == "iceslide report a b c"
+
+
+def test_a_run_and_a_sweep_are_on_one_page(pages):
+    page = page_of([pages["point"].parent, pages["sweep"].parent])
+    assert {"Key results", "Cases in the order of the table sweep.csv"} <= {
+        part.caption for part in page.sections[0].parts
+    }
+
+
+def test_what_another_run_changes_is_a_command_that_makes_it(tmp_path):
+    for name, bar in (("a", 1), ("b", 2)):
+        scene = tmp_path / f"{name}.toml"
+        scene.write_text(SCENE.replace("1 bar", f"{bar} bar"))
+        assert exit_code("run", scene, "--no-report", "--out", tmp_path / name) == 0
+    page = page_of([tmp_path / "a", tmp_path / "b"])
+    again = next(section for section in page.sections if section.name == "again")
+    words = shlex.split(again.parts[2].words)
+    assert words[:2] == ["iceslide", "run"] and "load.pressure=200000.0" in words
+    assert exit_code("run", tmp_path / "a.toml", *words[3:-1], tmp_path / "again") == 0
+    found = [read_run(tmp_path / name).summary["mu_mean"] for name in ("b", "again")]
+    assert found[0] == found[1]

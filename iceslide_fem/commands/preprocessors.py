@@ -79,9 +79,9 @@ def whole(name: str) -> Callable[..., Mapping[str, Any]]:
     ) -> Mapping[str, Any]:
         with imports_that_stay():
             from iceslide_fem.postprocess.report.page import write_page
-            from iceslide_fem.preprocess.work import page_of, run
+            from iceslide_fem.preprocess.work import run
         done = run(kind, values, out, force)
-        words = kind.words(done.figures)
+        words = done.words
         if words.verdict:
             typer.echo(words.verdict)
         show_figures(words.lines)
@@ -91,8 +91,7 @@ def whole(name: str) -> Callable[..., Mapping[str, Any]]:
         for remark in words.remarks:
             typer.echo(remark)
         if not no_report:
-            page = page_of(words, done.charts, done.figures)
-            leave_page(lambda: write_page(done.folder / "report.html", page))
+            leave_page(lambda: write_page(done.folder / "report.html", done.page))
         for path in sorted(path for path in done.folder.iterdir() if path.is_file()):
             typer.echo(str(path))
         return {"folder": done.folder, **done.figures}

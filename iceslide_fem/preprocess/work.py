@@ -21,6 +21,7 @@ from iceslide_fem.postprocess.report.page import (
     Text,
 )
 from iceslide_fem.postprocess.report.png import save_png
+from iceslide_fem.postprocess.report.saved import save_page
 from iceslide_fem.postprocess.report.words import as_warning, versions_of
 from iceslide_fem.runtime.files import replace_file, writing
 from iceslide_fem.runtime.folders import claimed, clear_results, other_case
@@ -74,12 +75,13 @@ class Preprocessor(NamedTuple):
 
 
 class Done(NamedTuple):
-    """What a preprocessor has computed and written: case, results, summary, charts, and where."""
+    """What a preprocessor has computed and written: case, results, summary, page, and where."""
 
     case: Any
     found: Any
     figures: dict[str, Any]
-    charts: Charts
+    words: Words
+    page: Page
     folder: Path
 
 
@@ -88,10 +90,10 @@ def run(
 ) -> Done:
     """Compute what `values` describe (see `kind.case`) and write to `out`, or `kind.folder`.
 
-    Writes the tables, a picture for each entry of the charts, and the summary. Earlier results of
-    the same input are replaced, with `force` any results. Raises SceneError, before anything is
-    written, if the input is invalid or `out` must not be used, SimulationStopped if a step of the
-    law fails, and OutputError if a file cannot be written.
+    Writes the tables, a picture for each entry of the charts, the page, and the summary. Earlier
+    results of the same input are replaced, with `force` any results. Raises SceneError, before
+    anything is written, if the input is invalid or `out` must not be used, SimulationStopped if a
+    step of the law fails, and OutputError if a file cannot be written.
     """
     begun = time.perf_counter()
     case: Any = kind.case.of(values)
@@ -107,15 +109,20 @@ def run(
             for name, parts in charts.items():
                 save_png(parts, out / f"{name}.png")
         figures |= {"wall_s": time.perf_counter() - begun, "versions": versions()}
+        words = kind.words(figures)
+        page = page_of(words, charts, figures, case.readable)
+        save_page(page, out)
         replace_file(out / kind.summary, json.dumps(figures, indent=2) + "\n")
-        return Done(case, found, figures, charts, out)
+        return Done(case, found, figures, words, page, out)
 
 
-def page_of(words: Words, charts: Charts, figures: Mapping[str, Any]) -> Page:
-    """The page of a preprocessor's results."""
+def page_of(
+    words: Words, charts: Charts, figures: Mapping[str, Any], options: Sequence[tuple[str, str]]
+) -> Page:
+    """The page of a preprocessor's results; options: with their values."""
     lines = [[Cell(name), Cell(value)] for name, value in words.lines]
     notes = [as_warning(note) for note in figures["warnings"]]
-    case = [[Cell(key), Cell(str(v))] for key, v in figures["case"].items() if v is not None]
+    case = [[Cell(name), Cell(text)] for name, text in options]
     drawn = [part for parts in charts.values() for part in parts]
     return Page(
         title=words.title,
@@ -132,7 +139,7 @@ def page_of(words: Words, charts: Charts, figures: Mapping[str, Any]) -> Page:
             Section("neglected", "What the model leaves out", [Text(words.left_out)]),
             Section("again", "Run it again", [
                 Text(str(figures.get("command", "")), "code"),
-                Table("All options, SI units", ["option", "value"], case),
+                Table("All options", ["option", "value"], case),
                 versions_of({"": figures}),
             ]),
         ],

@@ -30,7 +30,7 @@ LOCK = ".lock"
 # results.
 RESULTS = [
     *"checkpoint checkpoint.* finished summary.json stopped.txt history.csv passes.csv".split(),
-    *"preload.csv probes.csv log.jsonl report.png report.html fields".split(),
+    *"preload.csv probes.csv log.jsonl report.png report.html page.json fields".split(),
     *"view.gif view.mp4 view_*.png *.part".split(),
     *"sweep.csv sweep.nc mu_by_*.png map_*.png cases".split(),
     *"ladder.png point_* slice_* block_*".split(),

@@ -20,14 +20,17 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.scene.fields import leaves, number_of, quantity_of
+from iceslide_fem.runtime.units import ZERO_CELSIUS, to_si
+from iceslide_fem.scene.fields import leaves, number_of, number_text, quantity_of
 from iceslide_fem.scene.messages import first_sentence
 from iceslide_fem.scene.model import Scene, scene_from_dict
 from iceslide_fem.scene.nested import put
 from iceslide_fem.scene.rows import RowsOf, names_a_file
 from iceslide_fem.scene.rules import Is, Rule
+from iceslide_fem.scene.units import Quantity
 
 OF_SCENES = dict(leaves(Scene))
+DIGITS = 5  # of values that are shown
 # Keys of options, what they are of, and the key of the option that asks for it.
 Part = tuple[Sequence[str], str, str]
 
@@ -224,6 +227,20 @@ class CommandOptions(BaseModel):
         """All files named in the options."""
         return [value for _, value in self if isinstance(value, Path)]
 
+    @property
+    def readable(self) -> list[tuple[str, str]]:
+        """Options and their values with units, without those that are not given."""
+        found = []
+        for key, field in type(self).model_fields.items():
+            value, quantity = getattr(self, key), _quantity(field)
+            if value is None:
+                continue
+            text = ", ".join(_as_typed(value))
+            if isinstance(value, float) and quantity is not None:
+                text = number_text(value, quantity, DIGITS)
+            found.append((str(field.alias), text))
+        return found
+
     def as_command(self, name: str) -> str:
         """The command `name` with these options, where they are not the defaults."""
         words, first = [], f"iceslide {name}"
@@ -238,7 +255,10 @@ class CommandOptions(BaseModel):
             elif value is True:
                 words.append(label)
             else:
-                words += [f"{label} {shlex.quote(text)}" for text in _as_typed(value)]
+                quantity = _quantity(field)
+                degrees = quantity is not None and quantity.low.endswith("degC")
+                texts = [_degrees(value)] if degrees else _as_typed(value)
+                words += [f"{label} {shlex.quote(text)}" for text in texts]
         return " \\\n    ".join([first, *words])
 
 
@@ -251,6 +271,19 @@ def _as_typed(value: Any) -> list[str]:
         parts = (":".join(map(_number, part)) for part in value) if nested else map(_number, value)
         return [",".join(parts)]
     return [_number(value)]
+
+
+def _quantity(field: FieldInfo) -> Quantity | None:
+    """The quantity of an option that is one number of a scene, or a length of its own."""
+    extra: Any = field.json_schema_extra or {}
+    keys = extra.get("keys", ())
+    return number_of(OF_SCENES[keys[0]]) if len(keys) == 1 else number_of(field)
+
+
+def _degrees(kelvin: float) -> str:
+    """A temperature (K) in degrees Celsius, if that reads back as the same value."""
+    text = f"{kelvin - ZERO_CELSIUS:.10g}degC"
+    return text if to_si(text, "K") == kelvin else _number(kelvin)
 
 
 def _number(value: Any) -> str:

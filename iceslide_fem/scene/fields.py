@@ -48,6 +48,15 @@ def unit_of_field(field: FieldInfo) -> str | None:
     return None if quantity is None else quantity.unit
 
 
+def number_text(value: float, quantity: Quantity | None, digits: int = 3) -> str:
+    """`value` with its unit; a temperature in degrees Celsius, a difference of them in kelvin."""
+    if quantity is None:
+        return f"{value:.6g}"
+    if quantity.low.endswith("degC"):
+        return celsius(value)
+    return with_unit(value, quantity.unit, digits)
+
+
 def default_text(field: FieldInfo) -> str:
     """The default of a field as a user types it, temperatures in degrees Celsius; "" if it has none
     or the default is nothing.
@@ -61,11 +70,9 @@ def default_text(field: FieldInfo) -> str:
         return json.dumps(value)
     if quantity is None or not isinstance(value, float):
         return str(value)
-    if quantity.low.endswith("degC"):
-        return celsius(value)
     if quantity.unit == "rad":
         return f"{math.degrees(value):g} deg"
-    return with_unit(value, quantity.unit)
+    return number_text(value, quantity)
 
 
 def with_unit(value: float, unit: str, digits: int = 3) -> str:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from iceslide_fem.postprocess.report.page import Page, write_page
-from iceslide_fem.postprocess.results import read_run
+from iceslide_fem.postprocess.report.saved import FILE as SAVED
+from iceslide_fem.postprocess.report.saved import read_page
+from iceslide_fem.postprocess.results import names_of, read_run
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.files import check_writable, writing
 
@@ -33,21 +35,35 @@ def report(folders: Sequence[Path], out: Path | None = None) -> Path:
 
 
 def page_of(folders: Sequence[Path]) -> Page:
-    """The page about a run, sweep, ladder, footprint or wheel, or several runs side by side."""
+    """The page about what a command wrote to a folder, or about several of them side by side."""
     for folder in folders:
         if not folder.is_dir():
             raise SceneError(f"{folder} is not a folder; give one that a command wrote to")
+    if len(folders) == 1:
+        return _page_of(folders[0])
     # Imports are local, because a page is made after every run.
-    if len(folders) > 1:
+    if all(_is_run(folder) for folder in folders):
         from iceslide_fem.postprocess.report.of_runs import page_of_runs
 
         return page_of_runs(list(folders))
-    (folder,) = folders
-    summary = _summary(folder)
-    for key in ("footprint", "wheel"):
-        if key in summary:
-            return _page_of_preprocessor(folder, key, summary)
-    if summary:
+    from iceslide_fem.postprocess.report.of_pages import page_of_pages
+
+    names = names_of(folders)
+    pages = {name: _page_of(folder) for name, folder in zip(names, folders, strict=True)}
+    return page_of_pages(pages, " ".join(["iceslide report", *map(str, folders)]))
+
+
+def _is_run(folder: Path) -> bool:
+    return bool(_summary(folder)) and not (folder / SAVED).is_file()
+
+
+def _page_of(folder: Path) -> Page:
+    """The page about a run, a sweep, a ladder, or what another command has shown."""
+    if (folder / SAVED).is_file():
+        return read_page(folder)
+    if summary := _summary(folder):
+        if "case" in summary:
+            raise SceneError(f"{folder} was written without {SAVED}: run its command again")
         from iceslide_fem.postprocess.report.of_run import page_of_run
 
         return page_of_run(read_run(folder))
@@ -64,22 +80,7 @@ def page_of(folders: Sequence[Path]) -> Page:
 
     if is_unfinished(folder):
         return page_of_unfinished(folder)
-    raise SceneError(f"{folder} holds nothing to report: no run, sweep, ladder, footprint or wheel")
-
-
-def _page_of_preprocessor(folder: Path, name: str, summary: Mapping[str, Any]) -> Page:
-    """The page of a footprint or wheel. Raises SceneError if its files are damaged."""
-    from iceslide_fem.preprocess.footprint import command as footprints
-    from iceslide_fem.preprocess.wheel import command as wheels
-    from iceslide_fem.preprocess.work import page_of
-
-    try:
-        if name == "wheel":
-            return page_of(wheels.words(summary), wheels.charts_in(folder), summary)
-        drawn = footprints.charts_in(folder, summary["case"]["thesis_balance"])
-        return page_of(footprints.words(summary), drawn, summary)
-    except (AttributeError, KeyError, OSError, TypeError, ValueError) as error:
-        raise SceneError(f"{folder} holds no whole {name} ({error})") from None
+    raise SceneError(f"{folder} holds nothing to report: give a folder that a command wrote")
 
 
 def _summary(folder: Path) -> dict[str, Any]:

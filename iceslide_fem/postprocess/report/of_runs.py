@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import shlex
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -27,10 +29,10 @@ from iceslide_fem.postprocess.report.words import (
     neglected,
     versions_of,
 )
-from iceslide_fem.postprocess.results import Run, read_run
+from iceslide_fem.postprocess.results import Run, names_of, read_run
 from iceslide_fem.postprocess.results.run_directory import largest_and_rms
 from iceslide_fem.runs.model_levels import ModelLevel, fineness
-from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.scene import flat
 
 COMPARED = {key: RESULTS[key][0] for key in ("mu_mean", "mu_peak", "mu_end")}
 
@@ -42,7 +44,7 @@ def _verdicts(runs: Mapping[str, Run]) -> list[Text]:
 
 def page_of_runs(folders: list[Path]) -> Page:
     """Page that compares several runs with the first one."""
-    runs = {name: read_run(folder) for name, folder in zip(_names(folders), folders, strict=True)}
+    runs = {name: read_run(folder) for name, folder in zip(names_of(folders), folders, strict=True)}
     first = next(iter(runs))
     others = {name: run for name, run in runs.items() if name != first}
     fields = fields_beside(runs)
@@ -81,13 +83,32 @@ def page_of_runs(folders: list[Path]) -> Page:
                 "again",
                 "Run them again",
                 [
-                    Text("\n".join(f"iceslide report {folder}" for folder in folders), "code"),
-                    Text("The page of each run has its scene, whole."),
+                    *again(runs[first].scene),
+                    Text(_changes(runs), "code"),
+                    Text(f"iceslide report {' '.join(map(str, folders))}", "code"),
                     versions_of({name: run.summary for name, run in runs.items()}),
                 ],
             ),
         ],
     )
+
+
+def _changes(runs: Mapping[str, Run]) -> str:
+    """Commands that run the others from the scene of the first."""
+    (_, first), *others = runs.items()
+    kept = flat(first.scene)
+    lines = []
+    for name, run in others:
+        changed = {
+            key: value
+            for key, value in flat(run.scene).items()
+            if value != kept.get(key) and key != "name" and value is not None
+        }
+        sets = "".join(
+            f" --set {shlex.quote(f'{key}={json.dumps(value)}')}" for key, value in changed.items()
+        )
+        lines.append(f"iceslide run {first.scene['name']}.toml{sets} --out {name}")
+    return "\n".join(lines)
 
 
 def _warnings(runs: dict[str, Run]) -> Section:
@@ -97,16 +118,6 @@ def _warnings(runs: dict[str, Run]) -> Section:
         for part in doubts_of(run)
     ]
     return Section("warnings", "Warnings", parts)
-
-
-def _names(folders: list[Path]) -> list[str]:
-    """Names of the runs: the shortest distinct ends of their paths."""
-    parts = [folder.absolute().parts for folder in folders]
-    for count in range(1, max(map(len, parts)) + 1):
-        names = ["/".join(each[-count:]) for each in parts]
-        if len(set(names)) == len(names):
-            return names
-    raise SceneError("the same folder is given twice; give several runs, or one")
 
 
 def _differences(others: dict[str, Run], first: Run) -> Table:

@@ -68,6 +68,11 @@
     }
 
     const scale = (colours) => colours.map((colour, i) => [i / (colours.length - 1), colour]);
+    // One colour for each of `count` classes, in steps.
+    const steps = (colours, count) => [...Array(count).keys()].flatMap((i) => {
+        const colour = colours[Math.round(i * (colours.length - 1) / Math.max(count - 1, 1))];
+        return [[i / count, colour], [(i + 1) / count, colour]];
+    });
     const bar = (unit, classes = []) => ({
         title: { text: unit, side: "right" }, thickness: 12, outlinewidth: 0,
         ...(classes.length ? { tickvals: classes.map((_, i) => i + 1), ticktext: classes } : {}),
@@ -87,15 +92,21 @@
                 axis(part.y, part.logarithmic.includes("y") ? { type: "log" } : { rangemode: "tozero" }),
                 { shapes: shades(part.bands), annotations: names(part.bands), ...legend(part) }),
         }),
-        map: (part) => ({
+        map: ({ classes = [], ...part }) => ({
             data: [{
-                type: "heatmap", x: part.xs, y: part.ys, z: part.values, colorscale: scale(part.colours),
-                colorbar: bar(part.unit, part.classes), hoverongaps: false,
+                type: "heatmap", x: part.xs, y: part.ys, z: part.values,
+                colorscale: classes.length ? steps(part.colours, classes.length) : scale(part.colours),
+                colorbar: bar(part.unit, classes), hoverongaps: false,
                 hovertemplate: `%{x:.4~g}, %{y:.4~g}: %{z:.4~g} ${part.unit}<extra></extra>`,
                 ...(part.range ? { zmin: part.range[0], zmax: part.range[1] } : {}),
-            }],
-            layout: layout(axis(part.x, { showgrid: false }),
-                axis(part.y, { showgrid: false, ...(part.equal ? { scaleanchor: "x" } : {}) }), { hovermode: "closest" }),
+                ...(classes.length ? { zmin: 0.5, zmax: classes.length + 0.5 } : {}),
+            }, ...(part.marked ? [{
+                type: "heatmap", x: part.xs, y: part.ys, z: part.marked, showscale: false, hoverinfo: "skip",
+                colorscale: [[0, "rgba(127, 127, 127, 0.75)"], [1, "rgba(127, 127, 127, 0.75)"]],
+            }] : [])],
+            layout: layout(axis(part.x, { showgrid: false, constrain: "domain" }),
+                axis(part.y, { showgrid: false, constrain: "domain", ...(part.equal ? { scaleanchor: "x" } : {}) }),
+                { hovermode: "closest" }),
         }),
         lines: (part, moment) => ({
             data: traces(part.frames[moment], true),

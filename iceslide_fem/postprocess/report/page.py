@@ -11,6 +11,7 @@ import gzip
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from datetime import date
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -22,6 +23,7 @@ import iceslide_fem
 from iceslide_fem.runtime.files import replace_file
 
 DIGITS = 6  # of drawn numbers
+LONG = 2.0  # length over height of a map that needs the full width
 FEW = 6  # largest number of curves in a legend above a chart
 PIXELS = 260  # of a map along x at most: every n-th is drawn
 DRAWN = 1500  # points of a curve at most
@@ -91,7 +93,7 @@ class HeatMap(NamedTuple):
     """Values (ny, nx) over x and y, NaN without a value.
 
     range: ends of the colours, or None; classes: names of the values 1, 2 and so on; marked: places
-    (ny, nx) that a picture hatches, as `says` tells.
+    (ny, nx) that are hatched or grey, as `says` tells.
     """
 
     name: str
@@ -165,10 +167,14 @@ def html(page: Page) -> str:
         plotly=_plotly(),
         numbers=_packed(json.dumps(_numbers(page), separators=(",", ":")).encode()),
         version=iceslide_fem.__version__,
+        date=f"Page of {date.today():%d %B %Y}".replace(" 0", " "),
     )
 
 
-def plain(values: ArrayLike) -> list[float | None]:
+Numbers = list[float | None]
+
+
+def plain(values: ArrayLike) -> Numbers:
     """Numbers for the page: rounded to `DIGITS`, None for NaN and infinity."""
     flat = np.asarray(values, dtype=float).ravel().tolist()
     return [float(f"{value:.{DIGITS}g}") if math.isfinite(value) else None for value in flat]
@@ -206,14 +212,13 @@ def _numbers(page: Page) -> dict[str, Any]:
                 "curves": [_curve(curve) for curve in part.curves],
             }
         elif isinstance(part, HeatMap):
-            every = -(-np.shape(part.values)[1] // PIXELS)
-            values = np.asarray(part.values, dtype=float)[::every, ::every]
-            x, y = (np.asarray(place)[::every] for place in part.places)
+            (x, y), values = drawn(part)
             found[part.name] = {
                 "kind": "map",
-                "xs": plain(x),
-                "ys": plain(y),
-                "values": [plain(row) for row in values],
+                "xs": x,
+                "ys": y,
+                "values": values,
+                "marked": _marked(part),
                 "colours": colours(part.colours),
                 **{
                     key: getattr(part, key)
@@ -225,9 +230,28 @@ def _numbers(page: Page) -> dict[str, Any]:
     return found
 
 
+def drawn(part: HeatMap) -> tuple[list[Numbers], list[Numbers]]:
+    """Places along x and y, and values (ny, nx), of the pixels that a page draws."""
+    every = -(-np.shape(part.values)[1] // PIXELS)
+    values = np.asarray(part.values, dtype=float)[::every, ::every]
+    places = [plain(np.asarray(place)[::every]) for place in part.places]
+    return places, [plain(row) for row in values]
+
+
+def _marked(part: HeatMap) -> list[Numbers] | None:
+    """1 at marked pixels, None elsewhere."""
+    if part.marked is None:
+        return None
+    marks = np.where(np.asarray(part.marked) > 0, 1.0, np.nan)
+    return drawn(part._replace(values=marks))[1]
+
+
 def _is_wide(part: Chart | HeatMap) -> bool:
-    """Whether a chart has the full width: a map to scale, or many curves."""
-    return part.equal if isinstance(part, HeatMap) else len(part.curves) > FEW
+    """Whether a chart has the full width: a long map to scale, or many curves."""
+    if isinstance(part, Chart):
+        return len(part.curves) > FEW
+    width, height = (float(np.ptp(np.asarray(place))) for place in part.places)
+    return part.equal and width > LONG * height
 
 
 def _curve(curve: Curve) -> dict[str, Any]:

@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from iceslide_fem.postprocess.report.page import Cell, Section, Table, Text
 from iceslide_fem.postprocess.results import Run
 from iceslide_fem.postprocess.results.run_directory import load_range
 from iceslide_fem.runtime.curve import Curve
-from iceslide_fem.runtime.errors import IceslideError, SceneError
+from iceslide_fem.runtime.errors import IceslideError
 from iceslide_fem.runtime.units import ZERO_CELSIUS
-from iceslide_fem.scene import Scene, as_toml, flat, scene_from_dict, unit_of
+from iceslide_fem.scene import Scene, as_toml, flat, scene_from_dict
+from iceslide_fem.scene.fields import leaves, number_of, number_text
 from iceslide_fem.scene.materials import BAR
 from iceslide_fem.scene.toml import without_none
+from iceslide_fem.scene.units import Quantity
 
 if TYPE_CHECKING:
     from iceslide_fem.runs.simplifications import Simplification
 
 MM, MS, NM = 1e3, 1e3, 1e9
+DIGITS = 5  # of values of keys
 _MODELS = {
     "point": "at one point, at its nominal pressure",
     "slice": "in a slice along the sliding direction (plane strain)",
@@ -195,7 +199,7 @@ _COST = {
 
 
 def all_keys(scenes: Mapping[str, Mapping[str, Any]], only_different: bool = False) -> Table:
-    """The keys of one or more scenes, in SI units."""
+    """The keys of one or more scenes, with units."""
     tables = [flat(scene) for scene in scenes.values()]
     rows = []
     for key in {key: None for table in tables for key in table}:
@@ -203,26 +207,22 @@ def all_keys(scenes: Mapping[str, Mapping[str, Any]], only_different: bool = Fal
         if any(value is not None for value in values) and (
             not only_different or any(value != values[0] for value in values[1:])
         ):
-            unit = _unit(key)
-            rows.append([Cell(key), *(Cell(_shown(value, unit)) for value in values)])
-    return Table("Scenes as resolved, SI units", ["key", *scenes], rows)
+            rows.append([Cell(key), *(Cell(_shown(value, key)) for value in values)])
+    return Table("Scenes as resolved", ["key", *scenes], rows)
 
 
-def _unit(key: str) -> str:
-    """SI unit of a key; "" for keys of other versions."""
-    try:
-        return unit_of(key) or ""
-    except SceneError:
-        return ""
+@cache
+def _quantities() -> dict[str, Quantity | None]:
+    return {key: number_of(field) for key, field in leaves(Scene)}
 
 
-def _shown(value: Any, unit: str) -> str:
+def _shown(value: Any, key: str) -> str:
     if value is None:
         return "–"
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, float):
-        return f"{value:.6g} {unit}".strip()
+        return number_text(value, _quantities().get(key), DIGITS)
     if isinstance(value, list) and not any(isinstance(each, list) for each in value):
         return ", ".join(map(str, value)) or "none"
     return str(value)

@@ -8,7 +8,8 @@ from iceslide_fem.postprocess.results.run_directory import (
     differences,
     field_files,
     field_parts,
+    names_of,
     read_run,
 )
 
-__all__ = ["Run", "differences", "field_files", "field_parts", "read_run"]
+__all__ = ["Run", "differences", "field_files", "field_parts", "names_of", "read_run"]

@@ -125,6 +125,16 @@ def sliding_time(history: Mapping[str, Array]) -> Array:
     return np.asarray(np.cumsum(history["step_s"]).round(DECIMALS))
 
 
+def names_of(folders: Sequence[Path]) -> list[str]:
+    """Names of results: the shortest distinct ends of their paths. Raises SceneError for twins."""
+    parts = [folder.absolute().parts for folder in folders]
+    for count in range(1, max(map(len, parts)) + 1):
+        names = ["/".join(each[-count:]) for each in parts]
+        if len(set(names)) == len(names):
+            return names
+    raise SceneError("the same folder is given twice; give several results, or one")
+
+
 def _summary_of(
     history: Mapping[str, Array], passes: Mapping[str, Array], number: int
 ) -> dict[str, Any]:

@@ -129,7 +129,7 @@ def _map(
     if anchor in ("pressure", MU) and maps[OUTSIDE].any():
         marked = maps[OUTSIDE]
         part = float((marked[contact] > 0).mean())
-        says += f"; outside the table of k, D and H_V on {part:.1%} of the contact (hatched)"
+        says += f"; outside the table of k, D and H_V on {part:.1%} of the contact (hatched, grey)"
     return HeatMap(
         anchor, title, says, X, Y, unit, (places[0], places[1]), values, tint, True, limits,
         classes, marked,

@@ -9,13 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from iceslide_fem.postprocess.results.run_directory import read_table
 from iceslide_fem.preprocess.footprint.case import FootprintCase
 from iceslide_fem.preprocess.footprint.charts import (
     CONTACT,
-    MAPS,
     MU,
-    OF_MODELS,
     OUTSIDE,
     PRESSURE,
     SHEAR,
@@ -25,7 +22,7 @@ from iceslide_fem.preprocess.footprint.charts import (
     map_name,
 )
 from iceslide_fem.preprocess.footprint.macroscopic import Edges
-from iceslide_fem.preprocess.footprint.map_file import read_maps, write_maps
+from iceslide_fem.preprocess.footprint.map_file import write_maps
 from iceslide_fem.preprocess.footprint.reading import read_footprint
 from iceslide_fem.preprocess.footprint.survey import MODELS, Survey, summary, survey
 from iceslide_fem.preprocess.work import Charts, Preprocessor, Words, csv_text
@@ -74,16 +71,6 @@ def charts(case: FootprintCase, found: Survey) -> Charts:
         return charts_of_line(line_columns(found))
     pixels = found.read.pressure_map
     return charts_of_area(all_maps(found), (pixels.dx, pixels.dy), comparison_columns(found))
-
-
-def charts_in(folder: Path, with_models: bool) -> Charts:
-    """The charts of the tables and maps in `folder`. Raises OSError, ValueError."""
-    if (folder / LINE).is_file():
-        return charts_of_line(read_table(folder / LINE))
-    drawn = {each.column for each in (*MAPS.values(), *(OF_MODELS if with_models else ()))}
-    names = {name: map_name(name) for name in drawn | {CONTACT, PRESSURE, SHEAR, OUTSIDE}}
-    maps, pixel = read_maps(folder / VTI, names)
-    return charts_of_area(maps, pixel, read_table(folder / COMPARISON))
 
 
 def all_maps(result: Survey) -> dict[str, NDArray[Any]]:

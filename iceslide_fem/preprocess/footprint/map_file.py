@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from numpy.typing import NDArray
-from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.util.numpy_support import numpy_to_vtk
 from vtkmodules.vtkCommonDataModel import vtkImageData
-from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLImageDataWriter
+from vtkmodules.vtkIOXML import vtkXMLImageDataWriter
 
 Maps = Mapping[str, NDArray[Any]]  # by name, (ny, nx)
 
@@ -41,20 +41,3 @@ def write_maps(path: Path, maps: Maps, pixel: tuple[float, float]) -> None:
     writer.Write()
     if code := writer.GetErrorCode():
         raise OSError(code, os.strerror(code), str(path))
-
-
-def read_maps(path: Path, names: Mapping[str, str]) -> tuple[Maps, tuple[float, float]]:
-    """The maps in `path` by the keys of their `names`, and the size of a pixel along x and y (m).
-
-    Raises ValueError if one is missing.
-    """
-    reader = vtkXMLImageDataReader()
-    reader.SetFileName(str(path))
-    reader.Update()
-    grid = reader.GetOutput()
-    columns, rows, _ = (count - 1 for count in grid.GetDimensions())
-    found = {key: grid.GetCellData().GetArray(name) for key, name in names.items()}
-    if min(rows, columns) < 1 or None in found.values():
-        raise ValueError(f"{path.name} is damaged")
-    maps = {key: vtk_to_numpy(array).reshape(rows, columns) for key, array in found.items()}
-    return maps, grid.GetSpacing()[:2]

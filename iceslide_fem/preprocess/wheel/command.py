@@ -92,16 +92,6 @@ def charts(case: WheelCase, found: Wheel) -> Mapping[str, Sequence[Chart]]:
     return charts_of(slipping, stops)
 
 
-def charts_in(folder: Path) -> Mapping[str, Sequence[Chart]]:
-    """The charts of the tables in `folder`. Raises OSError, ValueError."""
-    slipping, *stops = (
-        pd.read_csv(folder / name, float_precision="round_trip")
-        for name in (SLIPPING, STOPS)
-        if name == SLIPPING or (folder / name).is_file()
-    )
-    return charts_of(slipping, *(stops or [None]))
-
-
 def words(figures: Mapping[str, Any]) -> Words:
     """What terminal and page say of a wheel."""
     members = [[Cell(text) for text in member_cells(member)] for member in figures["curves"]]
