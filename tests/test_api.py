@@ -319,6 +319,20 @@ def test_a_slice_is_a_dataset_with_its_fields(tmp_path):
     assert "dolfinx" in found.attrs["versions"]
 
 
+@pytest.mark.fe
+def test_a_run_that_was_stopped_goes_on(tmp_path):
+    pytest.importorskip("iceslide_fem.fenics.compat")
+    small = {"model": "slice", "numerics.refinement": 0.5, "numerics.tolerance": 1e-2}
+    scene = iceslide_fem.load_scene(case="thesis_1bar", overrides=small | {"load.duration": 2e-5})
+    with pytest.raises(iceslide_fem.Interrupted, match=r'run\(scene, ".*", restart=True\) goes on'):
+        iceslide_fem.run(scene, tmp_path, pictures=False, progress=lambda row: "mu" not in row)
+    with pytest.raises(SceneError, match="is of another scene: load.speed"):
+        other = scene.replace({"load.speed": 1.0})
+        iceslide_fem.run(other, tmp_path, restart=True)
+    found = iceslide_fem.run(scene, tmp_path, restart=True, pictures=False)
+    assert found["time_s"].values[-1] == pytest.approx(2e-5) and found.attrs["stopped"] == ""
+
+
 @pytest.mark.quick
 def test_a_sweep_from_values(point_scene, tmp_path):
     lines = []

@@ -9,11 +9,11 @@ from iceslide_fem.workflow.report import report as write
 
 
 @in_python()
-def report(*folders: Path | str, out: Path | str | None = None) -> Path:
+def report(folder: Path | str, *others: Path | str, out: Path | str | None = None) -> Path:
     """Write one page about what is in the folders, as `iceslide report`; returns its path.
 
-    A folder is that of a run, sweep, ladder, footprint or wheel; several runs are compared. `out`
-    is `report.html` in a single folder, else `results/comparison.html`, if it is not given.
+    A folder is what a run, a sweep or a preprocessor wrote; several are compared with the first.
+    `out` is `report.html` in a single folder, else `results/comparison.html`, if it is not given.
 
     Raises `SceneError` with one sentence where there is nothing to report, `OutputError` where the
     page cannot be written.
@@ -24,4 +24,4 @@ def report(*folders: Path | str, out: Path | str | None = None) -> Path:
     iceslide_fem.report("results/thesis_point")  # results/thesis_point/report.html
     ```
     """
-    return write([Path(folder) for folder in folders], None if out is None else Path(out))
+    return write([Path(folder), *map(Path, others)], None if out is None else Path(out))
