@@ -1,5 +1,7 @@
 """Scenes on the base of another file, and scenes with other values."""
 
+from pathlib import Path
+
 import pytest
 
 from iceslide_fem.runtime.errors import SceneError
@@ -88,6 +90,20 @@ def test_files_are_relative_to_the_file_that_names_them(files, tmp_path):
 def test_a_base_that_cannot_be_is_one_sentence(files, texts, words):
     with pytest.raises(SceneError, match=words):
         load_scene(files(**texts) / "a.toml")
+
+
+def test_a_ladder_writes_a_scene_that_finds_its_base(files, tmp_path, monkeypatch):
+    pytest.importorskip("iceslide_fem.fenics.compat")
+    from iceslide_fem.runs.model_levels import ModelLevel
+    from iceslide_fem.workflow.ladder.runs import write_scene
+
+    folder = files(first=WHOLE, second='# mine\nbase = "first.toml"\n[load]\nspeed = 4\n')
+    (tmp_path / "out").mkdir()
+    monkeypatch.chdir(tmp_path / "out")
+    write_scene(folder / "second.toml", [], ModelLevel("slice", "column", 1.0), Path("new.toml"))
+    scene = load_scene("new.toml")
+    assert (scene.model, scene.ice.heat, scene.load.speed) == ("slice", "column", 4.0)
+    assert "# mine" in Path("new.toml").read_text(encoding="utf-8")
 
 
 def test_a_scene_with_other_values_is_a_new_one(files):
