@@ -28,7 +28,7 @@ def sipe(x):
 def wave(x, amplitude=0.5, length=4.0):
     """The solid of a sipe that waves around x."""
     occ, steps = gmsh.model.occ, int((W + 2) / (length / 2)) + 1
-    way = [(x + amplitude * (-1) ** i, -W / 2 - 1 + i * length / 2) for i in range(steps)]
+    way = [(x - amplitude * (-1) ** i, -W / 2 - 1 + i * length / 2) for i in range(steps)]
     around = [(a - SIPE / 2, y) for a, y in way] + [(a + SIPE / 2, y) for a, y in reversed(way)]
     points = [occ.addPoint(a, y, -1) for a, y in around]
     lines = [occ.addLine(*pair) for pair in zip(points, points[1:] + points[:1], strict=True)]

@@ -6,12 +6,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgb
+from matplotlib.image import imread
 
-from iceslide_fem.mesh.rubber import tagged_rubber
+from iceslide_fem.mesh.rubber import rounded, tagged_rubber
 from iceslide_fem.mesh.soundness import Soundness
 from iceslide_fem.runs.notes import notes
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import scene_from_dict
+from iceslide_fem.workflow.planning.mesh_picture import COLOURS
 from tests.program import exit_code
 
 ROOT = Path(__file__).parent.parent
@@ -49,6 +52,38 @@ def faces(gap):
     else:
         occ.translate(sides[:1], -gap, 0, 0)
 
+def sweep(*corners):
+    points = [occ.addPoint(x, -5, z) for x, z in corners]
+    pairs = zip(points, points[1:] + points[:1], strict=True)
+    face = occ.addPlaneSurface([occ.addCurveLoop([occ.addLine(*pair) for pair in pairs])])
+    occ.extrude([(2, face)], 0, 10, 0)
+
+def spike(tip):
+    # a box whose top is the sides of a pyramid
+    box = [(x, y, z) for z in (0, 8) for x, y in ((-10, -5), (10, -5), (10, 5), (-10, 5))]
+    points = [occ.addPoint(*place) for place in (*box, tip)]
+    shell = [(0, 3, 2, 1), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
+    shell += [(4, 5, 8), (5, 6, 8), (6, 7, 8), (7, 4, 8)]
+    lines, faces = {}, []
+    for corners in shell:
+        loop = []
+        for a, b in zip(corners, corners[1:] + corners[:1]):
+            if (b, a) in lines:
+                loop.append(-lines[b, a])
+            else:
+                loop.append(lines.setdefault((a, b), occ.addLine(points[a], points[b])))
+        faces.append(occ.addPlaneSurface([occ.addCurveLoop(loop)]))
+    occ.addVolume([occ.addSurfaceLoop(faces)])
+
+box, groove = occ.addBox(-10, -5, 0, 20, 10, 8), occ.addBox(4, -6, -1, 2, 12, 4)
+holes = [(3, occ.addCylinder(-4, y, -1, 0, 0, 6, 1)) for y in (-2.5, 2.5)]
+occ.cut([(3, box)], [(3, groove), *holes]); save("holes")
+spike((1, 1, -3)); save("spike")
+sweep((-10, 0), (10, 0), (10, 8), (-10, 8), (-10, 5), (12, 4), (-10, 3)); save("notch")
+sweep((-10, 0), (10, 0), (-10, 8), (10, 8)); save("crossed")
+sweep((-10, 0), (10 - 1e-6, 0), (10, 1e-6), (10, 8), (-10, 8)); save("short")
+box, cone = occ.addBox(-10, -5, 0, 20, 10, 8), occ.addCone(0, 0, 0, 0, 0, 4, 2, 0)
+occ.cut([(3, box)], [(3, cone)]); save("cone")
 faces(None); save("open")
 faces(2e-3); save("gap")
 occ.addBox(0, 0, 0, 9, 9, 4); occ.addBox(0, 0, 3, 9, 9, 4); save("overlap")
@@ -138,7 +173,7 @@ def areas(tagged):
 @pytest.mark.parametrize("name", VOLUMES)
 def test_a_block_has_the_volume_and_the_names_of_its_solid(treads, name):
     tagged = tagged_rubber(scene(treads, name))
-    kind = "hexahedron" if name in ("sipes4", "profile") else "tetrahedron"
+    kind = "tetrahedron" if name in ("slick", "tapered") else "hexahedron"
     assert tagged.cell_type == kind
     round_edges = name in ("slick", "profile")
     # All are symmetric, and half of them is meshed; chords of round edges cut corners.
@@ -162,6 +197,34 @@ def test_a_slice_has_the_area_of_its_section(treads, name):
     assert tagged.cell_type == "quadrilateral"
     assert volume(tagged) == pytest.approx(SECTIONS[name], abs=4e-2)
     assert ("walls" in tagged.facets) == (name in ("sipes4", "zigzag", "profile"))
+
+
+def middles(corners):
+    pairs = np.stack([corners, np.roll(corners, 1, axis=1)])
+    return pairs.mean(axis=0).reshape(-1, corners.shape[-1])
+
+
+@pytest.mark.parametrize(("name", "model"), [("slick", "block"), ("profile", "block"),
+                                             ("slick", "slice")])  # fmt: skip
+def test_contact_points_at_round_edges_lie_on_the_cad(treads, name, model):
+    """Chords of the arcs at the ends miss them, their moved middles do not."""
+    case, radius = scene(treads, name, model), 0.5
+    tagged = tagged_rubber(case)
+    chords = middles(tagged.points[tagged.facets["contact"]])
+    moved = rounded(case, chords)
+
+    def depth(points):
+        """How far points of the arc at the trailing end are within it, mm."""
+        x, z = 1e3 * points[:, 0] + 0.5 * L - radius, 1e3 * points[:, -1] - radius
+        here = (x < -1e-3) & (z < -1e-3)
+        if model == "block":  # away from the arcs along x
+            here &= 1e3 * points[:, 1] < 0.5 * W - 2 * radius
+        return radius - np.hypot(x, z)[here]
+
+    assert depth(chords).max() > 2e-3
+    assert np.abs(depth(moved)).max() < 1e-4
+    flat = 1e3 * chords[:, -1] < 1e-3
+    np.testing.assert_array_equal(moved[flat], chords[flat])
 
 
 def test_a_slice_is_cut_where_it_is_asked_for(treads):
@@ -205,8 +268,21 @@ def test_finer_cells_and_other_ones(treads):
     assert fine > 4 * coarse
     other = tagged_rubber(scene(treads, "plain", step_cells="tetrahedra"))
     assert other.cell_type == "tetrahedron" and volume(other) == pytest.approx(0.5 * L * W * H)
-    with pytest.raises(SceneError, match="no sweep along y"):
-        tagged_rubber(scene(treads, "zigzag", step_cells="hexahedra"))
+    with pytest.raises(SceneError, match="no sweep along y and has faces that are neither flat"):
+        tagged_rubber(scene(treads, "tapered", step_cells="hexahedra"))
+
+
+def test_layers_follow_sections_of_any_outline(treads):
+    """Round blind holes and a groove across of another depth: cells end at each of their ends."""
+    tagged = tagged_rubber(scene(treads, "holes"))
+    assert tagged.cell_type == "hexahedron"
+    left = L * W * H - 2.0 * np.pi * 5.0 - 2.0 * W * 3.0
+    assert 2.0 * volume(tagged) == pytest.approx(left, rel=1e-3)
+    found = areas(tagged)
+    assert found["plate"] == pytest.approx(0.5 * L * W)
+    assert found["walls"] == pytest.approx(W * 3.0 + 2.0 * np.pi * 5.0, rel=2e-2)
+    depths = 1e3 * np.unique(tagged.points[:, 2])
+    assert all(np.abs(depths - depth).min() < 1e-6 for depth in (3.0, 5.0))
 
 
 @pytest.mark.parametrize(
@@ -217,6 +293,10 @@ def test_finer_cells_and_other_ones(treads):
         ("overlap", "has solids that overlap"),
         ("apart", "has 2 solids that do not touch"),
         ("tilted", "has no flat top"),
+        ("spike", "has faces that cut each other"),
+        ("notch", "has faces that cut each other"),
+        ("crossed", "has faces that cut each other"),
+        ("short", r"has an edge of 1.4e-06 mm at \(10, .*\) mm, too short for cells"),
         ("cut_off", "cut off"),
         ("empty", "cut off"),
     ],
@@ -225,6 +305,13 @@ def test_a_bad_file_gets_a_sentence(treads, name, said):
     with pytest.raises(SceneError, match=said) as caught:
         tagged_rubber(scene(treads, name))
     assert str(treads / f"{name}.step") in str(caught.value)
+
+
+def test_what_is_healed_or_only_pointed_is_meshed(treads):
+    healed = tagged_rubber(scene(treads, "short", step_heal=1e-6))
+    assert 2.0 * volume(healed) == pytest.approx(L * W * H)
+    pointed = tagged_rubber(scene(treads, "cone"))
+    assert 2.0 * volume(pointed) == pytest.approx(L * W * H - np.pi * 16.0 / 3.0, rel=1e-3)
 
 
 def test_gaps_are_closed_if_it_is_asked_for(treads):
@@ -244,15 +331,32 @@ def test_other_suffixes_and_keys_are_refused(treads, tmp_path):
     assert any("rubber.step_plane" in one for one in said)
 
 
-def test_info_draws_a_tread(treads, tmp_path, capsys):
+def scene_file(folder, step):
     text = (
         'name = "cad"\nmodel = "block"\n[rubber]\ncompound = "B"\n'
-        f'step = "{treads / "zigzag.step"}"\n[load]\npressure = "1 bar"\nspeed = "3 m/s"\n'
+        f'step = "{step}"\n[load]\npressure = "1 bar"\nspeed = "3 m/s"\n'
         'duration = "1 ms"\n[ice]\ntemperature = "-4 degC"\nmotion = "attached"\n'
     )
-    (tmp_path / "scene.toml").write_text(text)
+    (folder / "scene.toml").write_text(text)
+    return folder / "scene.toml"
+
+
+def test_info_draws_a_tread(treads, tmp_path, capsys):
     picture = tmp_path / "tread.png"
-    assert exit_code("info", tmp_path / "scene.toml", "--picture", picture) == 0
+    path = scene_file(tmp_path, treads / "zigzag.step")
+    assert exit_code("info", path, "--picture", picture) == 0
     said = capsys.readouterr().out
-    assert picture.stat().st_size > 5000 and "from CAD" in said
-    assert "z of the file" in said and "larger flat end" in said
+    assert "from CAD" in said and "z of the file" in said and "larger flat end" in said
+    pixels = imread(picture)[100:, :, :3]  # below the legend
+    walls = np.abs(pixels - to_rgb(COLOURS["walls"])).max(axis=2) < 0.02
+    assert walls.sum() > 2000  # those of both sipes, over what is behind them
+
+
+@pytest.mark.parametrize("name", ["spike", "short"])
+def test_a_run_of_a_bad_file_ends_with_a_sentence_and_writes_nothing(
+    treads, tmp_path, capsys, name
+):
+    path = scene_file(tmp_path, treads / f"{name}.step")
+    assert exit_code("run", path, "--out", tmp_path / "run") == 2
+    assert f"rubber.step {treads / name}.step has " in capsys.readouterr().err
+    assert not (tmp_path / "run").exists()

@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from iceslide_fem.mesh.box import box_lines
-from iceslide_fem.mesh.cad.tread import tread
+from iceslide_fem.mesh.cad.tread import on_faces, tread
 from iceslide_fem.mesh.gmsh_model import DistributedMesh, distribute_made
 from iceslide_fem.mesh.grid import with_sides
 from iceslide_fem.mesh.layers import with_layers
@@ -79,6 +79,8 @@ def nominal_area(scene: Scene) -> float | None:
 
 def rounded(scene: Scene, points: Array) -> Array:
     """Surface points (..., d), m, of cells moved to the round edges."""
+    if scene.rubber.step is not None:
+        return on_faces(scene.rubber, points.shape[-1], scene.numerics.refinement, points)
     return points if _drawn(scene) else on_arcs(built_in_shape(scene), points)
 
 

@@ -41,6 +41,11 @@ KINDS = {
          ["rubber.sipes=4", "ice.temperature=-10degC"],
          ["rubber.sipes=4", "ice.temperature=-2degC"]],
     ),
+    "the same, finer": Kind(
+        "siped_tread", ["numerics.tolerance=1e-3", "numerics.refinement=1"],
+        [["rubber.sipes=0"], ["rubber.sipes=2"], ["rubber.sipes=4"],
+         ["rubber.sipes=2", "rubber.edge_radius=0"], ["rubber.sipes=4", "rubber.edge_radius=0"]],
+    ),
     "block with sipes": Kind("siped_block", [], [["numerics.refinement=0.35"]]),
     "slice with relaxation": Kind(
         "thesis_1bar",

@@ -8,34 +8,21 @@ shape is meshed after its axes are stretched to cells of one size.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
 
 import gmsh
 import numpy as np
 
 from iceslide_fem.mesh.box import EDGE_CELL, EDGE_SLOPE, LARGEST_CELL, box_lines, reference_cells
-from iceslide_fem.mesh.cad.solids import FLAT, LOOSE, BadCad, box_of, outer_faces
-from iceslide_fem.mesh.gmsh_model import FACETS, QUADRILATERALS, grade, nodes_of
-from iceslide_fem.mesh.named_cells import KINDS, Kind
+from iceslide_fem.mesh.cad.collected import Meshed, collected
+from iceslide_fem.mesh.cad.solids import FLAT, LOOSE, BadCad, across, box_of, edges, outer_faces
+from iceslide_fem.mesh.gmsh_model import QUADRILATERALS, grade
 from iceslide_fem.mesh.shape import BlockShape
-from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
 from iceslide_fem.runtime.arrays import Array
 
 ROUND = 24  # cells of a full circle in a section
 SAMPLING = 100  # points of an edge from which distances count
 SAME = 1e-5  # of the height: mirrored areas and centroids
 _OF_TETRAHEDRA = {"Mesh.Algorithm": 6, "Mesh.Algorithm3D": 10, "Mesh.Optimize": 1}
-
-
-class Meshed(NamedTuple):
-    """The cells; outer facets and the numbers of their CAD faces; symmetric: whether the cells are
-    the half y >= 0.
-    """
-
-    body: TaggedMesh
-    facets: IntArray
-    owner: IntArray
-    symmetric: bool
 
 
 def is_symmetric(height: float) -> bool:
@@ -61,13 +48,8 @@ def is_swept(low: Array, high: Array) -> bool:
             if min(abs(first[1] - low[1]), abs(first[1] - high[1])) > near:
                 return False
             ends += 1
-            continue
-        begin, end = gmsh.model.getParametrizationBounds(2, face)
-        for u in np.linspace(0.1, 0.9, 5):
-            for v in np.linspace(0.1, 0.9, 5):
-                place = [begin[0] + u * (end[0] - begin[0]), begin[1] + v * (end[1] - begin[1])]
-                if abs(gmsh.model.getNormal(face, place)[1]) > 1e-6:
-                    return False
+        elif not across(face, 1):
+            return False
     return ends >= 2 and len(gmsh.model.getEntities(3)) == 1
 
 
@@ -91,18 +73,21 @@ def tetrahedra(low: Array, high: Array, refinement: float) -> Meshed:
         occ.synchronize()
     cells, reach = reference_cells(shape_of(low, high, symmetric), refinement)
     stretch = cells[-1] / np.array(cells)
-    occ.dilate(gmsh.model.getEntities(3), 0.0, 0.0, 0.0, *stretch)
-    occ.synchronize()
+    try:
+        occ.dilate(gmsh.model.getEntities(3), 0.0, 0.0, 0.0, *stretch)
+        occ.synchronize()
+    except Exception:  # OpenCASCADE cannot stretch tips of cones and poles of some spheres
+        stretch, cells = np.ones(3), cells[:1]
     near = FLAT * height + LOOSE
     curves = []
-    for entity in gmsh.model.getEntities(1):
+    for entity in edges():
         first, last = box_of([entity])
         on_plane = symmetric and max(abs(first[1]), abs(last[1])) < near
         if last[2] - first[2] < near and not on_plane:
             curves.append(entity[1])
-    _sizes("CurvesList", curves, cells[-1], reach, _OF_TETRAHEDRA)
+    grade_cells("CurvesList", curves, cells[-1], reach, _OF_TETRAHEDRA)
     gmsh.model.mesh.generate(3)
-    return _collected("tetrahedron", symmetric, 1.0 / stretch)
+    return collected("tetrahedron", symmetric, 1.0 / stretch)
 
 
 def hexahedra(low: Array, high: Array, refinement: float) -> Meshed:
@@ -127,11 +112,11 @@ def hexahedra(low: Array, high: Array, refinement: float) -> Meshed:
     occ.extrude(ends, 0.0, far, 0.0, [1] * len(layers), layers.tolist(), recombine=True)
     occ.synchronize()
     corners = [point for _, point in gmsh.model.getBoundary(ends, oriented=False, recursive=True)]
-    _sizes("PointsList", corners, cells[-1], reach, QUADRILATERALS)
+    grade_cells("PointsList", corners, cells[-1], reach, QUADRILATERALS)
     for end in ends:
         gmsh.model.mesh.setRecombine(*end)
     gmsh.model.mesh.generate(3)
-    return _collected("hexahedron", symmetric, 1.0 / stretch)
+    return collected("hexahedron", symmetric, 1.0 / stretch)
 
 
 def section(low: Array, high: Array, at: float, refinement: float) -> Meshed:
@@ -161,16 +146,17 @@ def section(low: Array, high: Array, at: float, refinement: float) -> Meshed:
     occ.synchronize()
     corners = [point for _, point in gmsh.model.getEntities(0)]
     options = {**QUADRILATERALS, "Mesh.MeshSizeFromCurvature": ROUND}
-    _sizes("PointsList", corners, cells[-1], reach, options)
+    grade_cells("PointsList", corners, cells[-1], reach, options)
     for face in faces:
         gmsh.model.mesh.setRecombine(*face)
     gmsh.model.mesh.generate(2)
-    found = _collected("quadrilateral", False, 1.0 / stretch)
-    flat = found.body._replace(points=found.body.points[:, [0, 2]])
-    return found._replace(body=flat)
+    found = collected("quadrilateral", False, 1.0 / stretch)
+    flat = [part[..., [0, 2]] for part in (found.body.points, found.middles, found.bulges)]
+    body = found.body._replace(points=flat[0])
+    return found._replace(body=body, middles=flat[1], bulges=flat[2])
 
 
-def _sizes(
+def grade_cells(
     kind: str, entities: Sequence[int], cell: float, reach: float, options: Mapping[str, int]
 ) -> None:
     """Sizes of cells by the distance to curves or points (`gmsh_model.grade`)."""
@@ -178,38 +164,3 @@ def _sizes(
     sizes = smallest, EDGE_SLOPE * smallest / reach, LARGEST_CELL * cell
     more = {"General.NumThreads": 1, **options}
     grade(gmsh.model, kind, entities, sizes, SAMPLING, more)
-
-
-def _collected(name: str, symmetric: bool, scale: Array) -> Meshed:
-    """The mesh of the model of `name` cells, whose coordinates are multiplied by a `scale`."""
-    kind = KINDS[name]
-    cells = _elements(kind, [number for _, number in gmsh.model.getEntities(kind.dim)])[0]
-    sides = [
-        number for _, number in gmsh.model.getEntities(kind.dim - 1)
-        if len(gmsh.model.getAdjacencies(kind.dim - 1, number)[0]) == 1
-    ]  # fmt: skip
-    facets, owner = _elements(KINDS[FACETS[name]], sides)
-    if not len(cells):
-        raise BadCad("cannot be meshed: no cells are left; raise numerics.refinement")
-    points, places = nodes_of(gmsh.model, np.concatenate([cells.ravel(), facets.ravel()]))
-    cells, facets = (
-        some.reshape(-1, each.shape[1])
-        for some, each in zip(np.split(places, [cells.size]), (cells, facets), strict=True)
-    )
-    body = TaggedMesh(points * scale, name, cells, {}, "rubber")
-    return Meshed(body, facets, owner, symmetric)
-
-
-def _elements(kind: Kind, entities: Sequence[int]) -> tuple[IntArray, IntArray]:
-    """Elements of a kind on entities, (n, corners), and the number of their entity, (n,)."""
-    found = [np.zeros((0, kind.nodes), dtype=np.int64)]
-    owner = [np.zeros(0, dtype=np.int64)]
-    for entity in entities:
-        kinds, _, nodes = gmsh.model.mesh.getElements(kind.dim, entity)
-        for each, some in zip(kinds, nodes, strict=True):
-            if each != kind.gmsh:
-                raise BadCad("cannot be meshed by cells of one type; give rubber.step_cells")
-            corners = np.asarray(some, dtype=np.int64).reshape(-1, kind.nodes)
-            found.append(corners)
-            owner.append(np.full(len(corners), entity, dtype=np.int64))
-    return np.concatenate(found), np.concatenate(owner)

@@ -19,7 +19,9 @@ AXES = {
 LEAST_HEAL = 1e-6  # mm: gaps that are rounding
 HEALS = 1e-3, 1e-2, 0.1  # mm, tried to name the gap of a file whose faces do not close
 SAME = 1e-6  # relative tolerance of volumes
+SHORTEST = 1e-6  # of the largest side: edges that can be meshed
 FLAT = 1e-5  # of the largest side: tolerance of a flat face
+UPRIGHT = 1e-6  # component of a normal
 LOOSE = 2e-6  # gmsh's enlargement of bounding boxes
 TIE = 1e-3  # of the larger surplus of flat area
 
@@ -63,7 +65,28 @@ def read_solids(path: Path, heal: float) -> list[Entity]:
         )
     if any(occ.getMass(*solid) <= 0.0 for solid in gmsh.model.getEntities(3)):
         raise BadCad("has a solid without volume: its faces cut each other or point inwards")
-    return _joined()
+    solids = _joined()
+    _refuse_what_has_no_cells()
+    return solids
+
+
+def _refuse_what_has_no_cells() -> None:
+    """Raise BadCad if faces cut each other, or an edge is too short for cells."""
+    occ, faces = gmsh.model.occ, gmsh.model.getEntities(2)
+    copies = occ.copy(faces)
+    pieces, _ = occ.fragment(copies[:1], copies[1:])
+    occ.remove(pieces, recursive=True)
+    if len(pieces) > len(faces):
+        raise BadCad("has faces that cut each other; allowed: a solid that does not meet itself")
+    low, high = box_of(gmsh.model.getEntities(3))
+    for edge in edges():
+        length = occ.getMass(*edge)
+        if length < SHORTEST * (high - low).max():
+            where = ", ".join(f"{value:.4g}" for value in np.mean(box_of([edge]), axis=0))
+            raise BadCad(
+                f"has an edge of {length:.2g} mm at ({where}) mm, too short for cells: "
+                'rubber.step_heal = "1 um" removes it'
+            )
 
 
 def _close(tolerance: float) -> None:
@@ -112,6 +135,22 @@ def outer_faces() -> list[int]:
         for _, face in gmsh.model.getEntities(2)
         if len(gmsh.model.getAdjacencies(2, face)[0]) == 1
     ]
+
+
+def across(face: int, axis: int) -> bool:
+    """Whether all normals of a face are perpendicular to an axis (0, 1, 2)."""
+    begin, end = gmsh.model.getParametrizationBounds(2, face)
+    for u in np.linspace(0.1, 0.9, 5):
+        for v in np.linspace(0.1, 0.9, 5):
+            place = [begin[0] + u * (end[0] - begin[0]), begin[1] + v * (end[1] - begin[1])]
+            if abs(gmsh.model.getNormal(face, place)[axis]) > UPRIGHT:
+                return False
+    return True
+
+
+def edges() -> list[Entity]:
+    """All edges with a length; the tip of a cone is one without, of no known type."""
+    return [edge for edge in gmsh.model.getEntities(1) if gmsh.model.getType(*edge) != "Unknown"]
 
 
 def box_of(entities: Sequence[Entity]) -> tuple[Array, Array]:

@@ -12,13 +12,16 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from iceslide_fem.mesh.tagged import TaggedMesh
+from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.launch import environment_of_one
 from iceslide_fem.scene.rubber import BREP, Rubber
 
 MILLIMETRE = 1e-3
+SAME = 1e-4  # of the height: tolerance of a chord's middle
 LONGEST = 600.0  # s that meshing may take
 
 
@@ -41,10 +44,14 @@ class Options:
 
 
 class Drawn(NamedTuple):
-    """A tread, and the axis of its file that points to the plate, with the reason."""
+    """A tread, and the axis of its file that points to the plate, with the reason; middles of its
+    chords of round faces (n, d), m, and the way from each to the face.
+    """
 
     tagged: TaggedMesh
     up: tuple[str, str]
+    middles: Array
+    bulges: Array
 
 
 def options_of(rubber: Rubber, dim: int, refinement: float) -> Options:
@@ -65,6 +72,20 @@ def tread(rubber: Rubber, dim: int, refinement: float) -> TaggedMesh:
 def up_of(rubber: Rubber, dim: int, refinement: float) -> tuple[str, str]:
     """The axis of the file that points to the plate, and why. Raises SceneError."""
     return _drawn(rubber, dim, refinement).up
+
+
+def on_faces(rubber: Rubber, dim: int, refinement: float, points: Array) -> Array:
+    """Surface points (..., d), m, with the middles of chords moved to the round faces of the CAD.
+
+    Raises SceneError.
+    """
+    drawn, moved = _drawn(rubber, dim, refinement), points.reshape(-1, dim).copy()
+    if len(drawn.middles):
+        near = SAME * float(np.ptp(drawn.tagged.points[:, -1]))
+        distance, nearest = cKDTree(drawn.middles).query(moved)
+        there = distance < near
+        moved[there] += drawn.bulges[nearest[there]]
+    return moved.reshape(points.shape)
 
 
 def _drawn(rubber: Rubber, dim: int, refinement: float) -> Drawn:
@@ -103,4 +124,4 @@ def _meshed(options: Options, _stamp: int) -> Drawn:
             }
             kind, axis, why = (str(word) for word in found["words"])
             tagged = TaggedMesh(found["points"], kind, found["cells"], facets, "rubber")
-            return Drawn(tagged, (axis, why))
+            return Drawn(tagged, (axis, why), found["middles"], found["bulges"])

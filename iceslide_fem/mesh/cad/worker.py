@@ -1,7 +1,8 @@
 """Mesh a CAD file in this process: `python -m iceslide_fem.mesh.cad.worker OPTIONS RESULT`.
 
-OPTIONS is JSON (`tread.Options`). RESULT becomes a .npz with points (m), cells, names of facets and
-what was found; or, with exit code 2, a text file with one sentence.
+OPTIONS is JSON (`tread.Options`). RESULT becomes a .npz with points (m), cells, names of facets,
+middles of facets that are not on the CAD, and what was found; or, with exit code 2, a text file
+with one sentence.
 """
 
 from __future__ import annotations
@@ -13,9 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from iceslide_fem.mesh.cad.cells import Meshed, hexahedra, is_swept, section, tetrahedra
+from iceslide_fem.mesh.cad.cells import hexahedra, is_swept, section, tetrahedra
+from iceslide_fem.mesh.cad.collected import Meshed
 from iceslide_fem.mesh.cad.naming import NEAR, named
 from iceslide_fem.mesh.cad.solids import BadCad, found_up, placed, read_solids
+from iceslide_fem.mesh.cad.stacked import heights, stacked
 from iceslide_fem.mesh.cad.tread import MILLIMETRE, Options
 from iceslide_fem.mesh.gmsh_model import empty_model
 from iceslide_fem.runtime.arrays import Array
@@ -32,13 +35,17 @@ def meshed(options: Options) -> tuple[Meshed, str, str]:
             0.5 * float(low[1] + high[1]) if options.plane is None else options.plane / options.unit
         )
         return section(low, high, at, options.refinement), up, why
-    sweep = options.cells != "tetrahedra" and is_swept(low, high)
-    if options.cells == "hexahedra" and not sweep:
+    if options.cells != "tetrahedra":
+        if is_swept(low, high):
+            return hexahedra(low, high, options.refinement), up, why
+        if levels := heights(low, high):
+            return stacked(low, high, levels, options.refinement), up, why
+    if options.cells == "hexahedra":
         raise BadCad(
-            'is no sweep along y, which hexahedra need; allowed: rubber.step_cells = "tetrahedra"'
+            "is no sweep along y and has faces that are neither flat nor upright, so it cannot "
+            'have hexahedra; allowed: rubber.step_cells = "tetrahedra"'
         )
-    mesh = hexahedra if sweep else tetrahedra
-    return mesh(low, high, options.refinement), up, why
+    return tetrahedra(low, high, options.refinement), up, why
 
 
 def main() -> None:
@@ -59,6 +66,9 @@ def main() -> None:
     facets = named(body, found.facets, found.owner, gap, found.symmetric)
     arrays: dict[str, Any] = {f"facets_{name}": nodes for name, nodes in facets.items()}
     arrays |= {"points": points * options.unit, "cells": body.cells}
+    curved = np.linalg.norm(found.bulges, axis=1) > NEAR * np.ptp(points[:, -1])
+    for name, part in (("middles", found.middles), ("bulges", found.bulges)):
+        arrays[name] = part[curved] * options.unit
     np.savez(result, **arrays, words=[body.cell_type, up, why])
 
 

@@ -6,7 +6,8 @@ dozens of times, then half as often as a point steps at 1e-2, more at smaller to
 ice a step is limited to the passage of some cells. Memory and time per step depend on the unknowns.
 The constants are from runs on one 2020s core with OpenBLAS and compiled forms
 (scripts.studies.accuracy_cost). The estimates are within a factor of two of those runs
-(tests/test_cost.py). Other scenes may deviate more.
+(tests/test_cost.py), and of slices and blocks with sipes, from CAD, wet or relaxing
+(scripts.studies.expected_cost). Other scenes may deviate more.
 """
 
 from __future__ import annotations
@@ -85,7 +86,12 @@ def work_of_cuts(scene: Scene) -> float:
 
 
 def _is_cut(scene: Scene) -> bool:
-    return bool(scene.rubber.cuts or scene.rubber.grooves)
+    """Whether the block has walls that may meet."""
+    if not scene.rubber.is_drawn:
+        return bool(scene.rubber.cuts or scene.rubber.grooves)
+    from iceslide_fem.mesh.rubber import tagged_rubber  # loads gmsh
+
+    return "walls" in tagged_rubber(scene).facets
 
 
 def work_power(dimensions: int) -> float:

@@ -121,10 +121,12 @@ def _side(tagged: TaggedMesh) -> TaggedMesh:
 
 def _draw_outside(axes: Any, tagged: TaggedMesh, elevation: float) -> None:
     """The outer facets of a block, in the colours of their parts or regions."""
-    for colour, facets in _outside(tagged):
-        if len(facets):
-            look: dict[str, Any] = {"facecolor": colour, "edgecolor": "black", "linewidth": 0.3}
-            axes.add_collection3d(Poly3DCollection(list(tagged.points[facets]), **look))
+    parts = _outside(tagged)
+    facets = np.concatenate([some for _, some in parts])
+    colours = [colour for colour, some in parts for _ in some]
+    # one collection: what is nearer is drawn over what is farther within one only
+    look: dict[str, Any] = {"facecolors": colours, "edgecolor": "black", "linewidth": 0.3}
+    axes.add_collection3d(Poly3DCollection(list(tagged.points[facets]), **look))
     low, high = tagged.points.min(axis=0), tagged.points.max(axis=0)
     for name, ends in zip("xyz", zip(low, high, strict=True), strict=True):
         axes.set(**{f"{name}lim": ends, f"{name}label": f"{name} (mm)"})
