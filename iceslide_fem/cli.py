@@ -17,6 +17,7 @@ from typer.core import TyperGroup
 
 from iceslide_fem import __version__
 from iceslide_fem.app.command import app as page
+from iceslide_fem.commands.answer import answering
 from iceslide_fem.commands.cases import cases
 from iceslide_fem.commands.doctor import doctor
 from iceslide_fem.commands.export import fmu, tir
@@ -34,7 +35,6 @@ from iceslide_fem.runtime.launch import on_one_process
 from iceslide_fem.runtime.terminal import patient_screen
 
 OPTIONS: dict[str, Any] = {
-    "add_completion": False,
     "pretty_exceptions_enable": False,
     "rich_markup_mode": "rich",
     "context_settings": {"help_option_names": ["-h", "--help"]},
@@ -48,8 +48,8 @@ class Commands(TyperGroup):
         """Name, command and its words."""
         name, found, words = super().resolve_command(ctx, args)
         if name in COMMANDS:
-            alone = typer.Typer(**OPTIONS)
-            alone.command(name)(on_one_process(whole(name)))
+            alone = typer.Typer(**OPTIONS, add_completion=False)
+            alone.command(name)(on_one_process(answering(whole(name))))
             found = typer.main.get_command(alone)
         return name, found, words
 
@@ -78,21 +78,18 @@ def iceslide(
     """A rubber tread block sliding on ice, with a melting water film."""
 
 
-app.command()(run)
-app.command()(sweep)
-app.command()(info)
-app.command()(ladder)
-app.command()(view)
-app.command()(on_one_process(report))
+for command in (run, sweep, info, ladder, view):
+    app.command()(answering(command))
+app.command()(on_one_process(answering(report)))
 for name in COMMANDS:
     app.command(name)(placeholder(name))
 exports = typer.Typer(**OPTIONS, no_args_is_help=True, help="A wheel for vehicle programs.")
-exports.command()(on_one_process(tir))
-exports.command()(on_one_process(fmu))
+exports.command()(on_one_process(answering(tir)))
+exports.command()(on_one_process(answering(fmu)))
 app.add_typer(exports, name="export")
 app.command()(on_one_process(serve))
-app.command()(on_one_process(cases))
-app.command()(on_one_process(doctor))
+app.command()(on_one_process(answering(cases)))
+app.command()(on_one_process(answering(doctor)))
 app.command("app")(on_one_process(page))
 
 

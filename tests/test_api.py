@@ -1,11 +1,13 @@
 """The names of `iceslide_fem` for scripts and notebooks: light to import, with units."""
 
+import ast
 import inspect
 import re
 import subprocess
 import sys
 import time
 import types
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,10 +15,12 @@ import xarray as xr
 from runs import write_run
 
 import iceslide_fem
+from iceslide_fem.api.errors import in_python
 from iceslide_fem.api.runs import read_run as read_dataset
 from iceslide_fem.runtime.columns import label_and_unit
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.terminal import LongTask
+from iceslide_fem.scene import as_toml
 from iceslide_fem.scene.cases import cases_folder
 
 POINT = {"model": "point", "load.duration": "2 ms"}
@@ -54,6 +58,14 @@ def test_every_public_name_is_there_and_described(name):
 
 
 @pytest.mark.quick
+def test_public_names_are_known_to_programs_that_only_read_sources():
+    tree = ast.parse(Path(iceslide_fem.__file__).read_text("utf-8"))
+    (typed,) = (node for node in tree.body if isinstance(node, ast.If))
+    named = {alias.name for node in typed.body for alias in node.names}
+    assert named == set(iceslide_fem.__all__)
+
+
+@pytest.mark.quick
 def test_an_unknown_name_is_none():
     with pytest.raises(AttributeError, match="no attribute 'simulation'"):
         iceslide_fem.simulation  # noqa: B018
@@ -86,7 +98,11 @@ def test_overrides_are_texts_or_values_by_keys(tmp_path):
     assert by_key == by_text and by_key.load.pressure == 3e5
     with pytest.raises(SceneError, match="load.pressure = -1 is out of range"):
         iceslide_fem.load_scene(case="thesis_1bar", overrides={"load.pressure": -1})
-    for wrong in ({}, {"path": "a.toml", "case": "thesis_1bar"}):
+    nested = iceslide_fem.load_scene(
+        case="thesis_1bar", overrides={"load": {"pressure": np.float64(3e5)}}
+    )
+    assert nested == by_key
+    for wrong in ({}, {"path": "a.toml", "case": "thesis_1bar"}, {"path": {}, "case": "paper"}):
         with pytest.raises(SceneError, match="give a scene file or the name of a case; given: "):
             iceslide_fem.load_scene(**wrong)
 
@@ -99,14 +115,21 @@ def run_example(name, monkeypatch):
     exec(example, {})
 
 
-def test_the_example_of_a_surface_runs(tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    "name, file",
+    [("roughness", "compound_B/contact.csv"), ("rubber", "synthetic_dma/rubber.toml")],
+)
+def test_examples_with_files_of_the_cases_run(name, file, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "cases").symlink_to(cases_folder())
-    run_example("roughness", monkeypatch)
-    assert (tmp_path / "results" / "compound_B" / "contact.csv").is_file()
+    run_example(name, monkeypatch)
+    assert (tmp_path / "results" / file).is_file()
 
 
-EXAMPLES = "load_scene run read_run sweep Conditions simulate_points footprint wheel Law".split()
+EXAMPLES = (
+    "load_scene info run read_run difference report sweep Conditions simulate_points footprint "
+    "wheel Law"
+).split()
 
 
 @pytest.mark.quick
@@ -116,7 +139,7 @@ def test_the_examples_of_the_descriptions_run(tmp_path, monkeypatch):
     for name in EXAMPLES:
         run_example(name, monkeypatch)
     assert {path.name for path in (tmp_path / "results").iterdir()} == {
-        *("thesis_point", "thesis_1bar-sweep", "gaussian", "gaussian_wheel")
+        *("thesis_point", "slow", "fast", "thesis_1bar-sweep", "gaussian", "gaussian_wheel")
     }
 
 
@@ -146,6 +169,111 @@ def test_a_run_is_a_dataset_over_time(point_scene, tmp_path):
     other = iceslide_fem.load_scene(case="thesis_5bar", overrides=POINT)
     with pytest.raises(SceneError, match="a run of another scene"):
         iceslide_fem.run(other, tmp_path / "run")
+
+
+TABLES = {
+    "name": "tables",
+    "model": "point",
+    "rubber": {"compound": "B", "length": "2 mm"},
+    "load": {"pressure": np.array([[0, 1e5], [1e-3, 2e5]]), "speed": 2, "duration": "1 ms"},
+}
+
+
+@pytest.mark.quick
+def test_a_scene_is_a_dictionary_or_a_file_wherever_a_scene_is_asked_for(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    scene = iceslide_fem.load_scene(TABLES, {"load.speed": "3 m/s"})
+    assert scene.load.speed == 3.0 and scene.load.pressures.largest == pytest.approx(2e5)
+    assert TABLES["load"]["speed"] == 2
+    (tmp_path / "scene.toml").write_text(as_toml(scene.as_dict()), encoding="utf-8")
+    found = iceslide_fem.run("scene.toml", pictures=False)
+    again = iceslide_fem.run(TABLES | {"name": "again"}, pictures=False)
+    assert found.attrs["mu_mean"] != again.attrs["mu_mean"]
+    assert Path(again.attrs["folder"]) == tmp_path / "results" / "again"
+    assert iceslide_fem.info("scene.toml").rows == iceslide_fem.info(scene).rows
+    swept = iceslide_fem.sweep(tmp_path / "scene.toml", {"load.speed": [3.0]})
+    assert float(swept["mu_mean"].squeeze()) == pytest.approx(found.attrs["mu_mean"])
+
+
+@pytest.mark.quick
+def test_what_is_known_of_a_scene_prints_as_a_table(point_scene):
+    known = iceslide_fem.info(point_scene)
+    lines = repr(known).splitlines()
+    assert lines[0] == "thesis_1bar (point)"
+    (line,) = (line for line in lines if line.strip().startswith("friction at t = 0"))
+    assert (
+        known["friction at t = 0"] in line and "<td>friction at t = 0</td>" in known._repr_html_()
+    )
+    assert list(known.to_dataframe().columns) == ["group", "quantity", "value", "meaning"]
+    with pytest.raises(KeyError, match="sipes"):
+        known["sipes"]
+
+
+@pytest.mark.quick
+def test_two_runs_differ_on_the_times_of_both(point_scene, tmp_path):
+    longer = point_scene.replace({"load": {"speed": "4 m/s", "duration": "3 ms"}, "name": "longer"})
+    slow, fast = (
+        iceslide_fem.run(scene, tmp_path / scene.name, pictures=False)
+        for scene in (point_scene, longer)
+    )
+    apart = iceslide_fem.difference(fast, slow)
+    times = apart["time_s"].values
+    assert set(slow["time_s"].values) <= set(times) and times[-1] == slow["time_s"].values[-1]
+    assert (fast.mu - slow.mu).sizes["time_s"] < 5 < apart.sizes["time_s"]
+    expected = fast["mu"].interp(time_s=times).values - slow["mu"].interp(time_s=times).values
+    np.testing.assert_allclose(apart["mu"], expected, atol=1e-12)
+    assert apart["surface_temperature_C"].attrs["units"] == "K" and all_have_units(apart)
+    assert apart["mu"].attrs["long_name"] == "difference of mu"
+    assert apart.attrs["name"] == "longer - thesis_1bar"
+    np.testing.assert_array_equal(iceslide_fem.difference(slow, slow)["mu"], 0.0)
+    with pytest.raises(SceneError, match="is no run over time_s"):
+        iceslide_fem.difference(slow, slow.isel(time_s=0))
+    with pytest.raises(SceneError, match="do not rise: it has several passes; take one"):
+        iceslide_fem.difference(slow, xr.concat([slow, slow], "time_s", join="override"))
+    with pytest.raises(SceneError, match="no time is common"):
+        iceslide_fem.difference(slow, slow.assign_coords(time_s=slow["time_s"] + 1.0))
+
+
+@pytest.mark.quick
+def test_errors_of_python_name_arguments(point_scene, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    iceslide_fem.run(point_scene, "taken", pictures=False)
+    other = point_scene.replace({"load.speed": 1.0})
+    sentences = {
+        "or force=True to replace": lambda: iceslide_fem.run(other, "taken"),
+        "give another folder with out,": lambda: iceslide_fem.run(other, "taken"),
+        "^out taken.txt is no page": lambda: iceslide_fem.report("taken", out="taken.txt"),
+        "^over = ": lambda: iceslide_fem.calibrate(
+            "a.csv", "a.toml", {"film.k": "0.1:1"}, over="nowhere"
+        ),
+        "^fit film.k=": lambda: iceslide_fem.calibrate(
+            tmp_path / "a.csv", tmp_path / "a.toml", {"film.k": "nonsense"}
+        ),
+        "give abs=True, too": lambda: iceslide_fem.wheel(gaussian=GAUSSIAN, measure="20km/h:5km/h"),
+        "may let it go on": lambda: iceslide_fem.run(point_scene, "taken", restart=True),
+    }
+    (tmp_path / "a.csv").write_text("pressure (bar),mu\n1,0.1\n2,0.2\n", encoding="utf-8")
+    (tmp_path / "a.toml").write_text(as_toml(point_scene.as_dict()), encoding="utf-8")
+    for words, act in sentences.items():
+        with pytest.raises(iceslide_fem.SceneError, match=words) as caught:
+            act()
+        assert "--" not in str(caught.value) and "iceslide run" not in str(caught.value)
+
+
+@pytest.mark.quick
+@pytest.mark.parametrize(
+    "sentence, expected",
+    [
+        ("iceslide run --restart a/b goes on", 'run(scene, "a/b", restart=True) goes on'),
+        ("/tmp/a--b/c is not a file", "/tmp/a--b/c is not a file"),
+        ("as by iceslide rubber --strain", "as by iceslide_fem.rubber strain"),
+        ("--height-unit says otherwise", "height_unit says otherwise"),
+    ],
+)
+def test_a_sentence_for_python(sentence, expected):
+    with pytest.raises(SceneError) as caught, in_python():
+        raise SceneError(sentence)
+    assert str(caught.value) == expected
 
 
 @pytest.mark.quick
@@ -189,6 +317,20 @@ def test_a_slice_is_a_dataset_with_its_fields(tmp_path):
     assert found.sizes["time_s"] == found.attrs["steps"] + 1
     assert found.attrs["fields_rubber"].endswith("rubber.pvd")
     assert "dolfinx" in found.attrs["versions"]
+
+
+@pytest.mark.fe
+def test_a_run_that_was_stopped_goes_on(tmp_path):
+    pytest.importorskip("iceslide_fem.fenics.compat")
+    small = {"model": "slice", "numerics.refinement": 0.5, "numerics.tolerance": 1e-2}
+    scene = iceslide_fem.load_scene(case="thesis_1bar", overrides=small | {"load.duration": 2e-5})
+    with pytest.raises(iceslide_fem.Interrupted, match=r'run\(scene, ".*", restart=True\) goes on'):
+        iceslide_fem.run(scene, tmp_path, pictures=False, progress=lambda row: "mu" not in row)
+    with pytest.raises(SceneError, match="is of another scene: load.speed"):
+        other = scene.replace({"load.speed": 1.0})
+        iceslide_fem.run(other, tmp_path, restart=True)
+    found = iceslide_fem.run(scene, tmp_path, restart=True, pictures=False)
+    assert found["time_s"].values[-1] == pytest.approx(2e-5) and found.attrs["stopped"] == ""
 
 
 @pytest.mark.quick
@@ -260,7 +402,7 @@ def test_a_line_and_an_area_of_a_footprint(tmp_path):
     np.testing.assert_allclose(area["pressure_Pa"], pressure)
     assert area["surface_temperature_C"].attrs["units"] == "degC" and all_have_units(area)
     assert area.attrs["footprint.load_N"] == pytest.approx(2e5 * 0.1 * 0.02)
-    with pytest.raises(SceneError, match="--length"):
+    with pytest.raises(SceneError, match="^length = -1.0 is out of range"):
         iceslide_fem.footprint(gaussian=GAUSSIAN, length=-1.0, out=tmp_path / "none")
 
 

@@ -1,5 +1,6 @@
 """README and docs say what the program does: keys, columns, examples, links."""
 
+import ast
 import csv
 import re
 import shlex
@@ -164,6 +165,33 @@ def test_modules_name_pages_that_are_there():
             if path.suffix in (".py", ".toml", ".html", ".js"):
                 for page in re.findall(r"docs/[\w/-]+\.md", path.read_text(encoding="utf-8")):
                     assert (ROOT / page).is_file(), (path, page)
+
+
+def messages():
+    """Module and text of every string of the package that is no description."""
+    for path in (ROOT / "iceslide_fem").rglob("*.py"):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        described = {
+            id(node.body[0].value)
+            for node in ast.walk(tree)
+            if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef)
+            and isinstance(node.body[0] if node.body else None, ast.Expr)
+        }
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Constant) and isinstance(node.value, str):
+                if id(node) not in described:
+                    yield str(path.relative_to(ROOT / "iceslide_fem")), node.value
+
+
+def test_messages_name_pages_by_their_titles():
+    """Whoever has installed the program has no folder of pages."""
+    pages = (page.read_text(encoding="utf-8") for page in DOCS.rglob("*.md"))
+    titles = {title for text in pages for title in re.findall(r"^# (.+)$", text, re.MULTILINE)}
+    said = list(messages())
+    with_paths = {module for module, text in said if "docs/" in text}
+    assert with_paths <= {"scene/rules.py", "postprocess/report/of_run.py"}
+    cited = {title for _, text in said for title in re.findall(r'\bpage "([^"]+)"', text)}
+    assert len(cited) > 5 and cited <= titles
 
 
 def commands(page):

@@ -290,7 +290,7 @@ def test_parameters_of_a_law_are_varied_by_a_sweep(tmp_path):
     case = ROOT / "cases" / "thesis_1bar.toml"
     given = ["model=point", "load.duration=1ms", page_law(tmp_path)]
     varied = ["friction.parameters.capacity=50:200:2", "load.pressure_scale=1,2"]
-    plan = make_plan(case, given, varied)
+    plan = make_plan([case], given, varied)
     assert plan.axes == {
         "friction.parameters.capacity": (50.0, 200.0),
         "load.pressure_scale": (1.0, 2.0),
@@ -298,7 +298,9 @@ def test_parameters_of_a_law_are_varied_by_a_sweep(tmp_path):
     found = [case.summary["mu_mean"] for case in simulate_points([c.scene for c in plan.cases])]
     assert found[0] > found[1] and found[2] > found[3]  # more work polishes more
     assert found[2] > found[0] and len({case.name for case in plan.cases}) == 4
-    laws = make_plan(case, given[:2], [f"friction.law=film,{page_law(tmp_path).partition('=')[2]}"])
+    laws = make_plan(
+        [case], given[:2], [f"friction.law=film,{page_law(tmp_path).partition('=')[2]}"]
+    )
     assert [c.scene.friction.law[-9:] for c in laws.cases] == ["film", "Polishing"]
     for wrong, words in (
         ("friction.parameters.capacitty=1,2", "unexpected keyword argument 'capacitty'"),
@@ -306,4 +308,4 @@ def test_parameters_of_a_law_are_varied_by_a_sweep(tmp_path):
         ("friction.parameters.capacity=1J,2", 'friction.parameters.capacity = "1J" is not'),
     ):
         with pytest.raises(SceneError, match=words):
-            make_plan(case, given, [wrong])
+            make_plan([case], given, [wrong])

@@ -266,7 +266,7 @@ def test_the_sweep_on_the_page_is_the_same_sweep(pages, tmp_path):
     (tmp_path / "seen.toml").write_text(toml)
     assert command[1] == "seen"
     vary = shlex.split(command[2].replace("\\\n", ""))[1::2]
-    plan = make_plan(tmp_path / "seen.toml", [], vary)
+    plan = make_plan([tmp_path / "seen.toml"], [], vary)
     assert "a relative error of mu(t) of 0.01 (numerics" in text
     assert "Numerical: numerics.tolerance times the value" in pages["runs"].read_text("utf-8")
     table = rows_of(pages["sweep"].parent / "sweep.csv")

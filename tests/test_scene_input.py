@@ -175,5 +175,5 @@ def test_sweeps_are_counted_before_they_are_built(varied, words):
     from iceslide_fem.workflow.sweep.plan import make_plan
 
     with pytest.raises(SceneError) as caught:
-        make_plan(CASE, [], varied)
+        make_plan([CASE], [], varied)
     assert words in str(caught.value)

@@ -34,7 +34,7 @@ SLICE = ["model=slice", "numerics.refinement=0.25", "numerics.tolerance=1e-2"]
 
 
 def point_plan(*varied, overrides=()):
-    return make_plan(CASE, [*POINT, *overrides], varied)
+    return make_plan([CASE], [*POINT, *overrides], varied)
 
 
 @pytest.mark.quick
@@ -60,8 +60,8 @@ def test_cases_are_all_combinations_the_last_key_fastest():
 @pytest.mark.quick
 def test_a_wider_sweep_takes_over_cases_under_their_new_names(tmp_path):
     """Also unfinished ones; a checkpoint of another scene under a name is removed."""
-    (narrow,) = make_plan(CASE, SLICE, ["load.speed=3"]).cases
-    wide = make_plan(CASE, SLICE, ["load.speed=3,4", "load.pressure=1bar,2bar"]).cases
+    (narrow,) = make_plan([CASE], SLICE, ["load.speed=3"]).cases
+    wide = make_plan([CASE], SLICE, ["load.speed=3,4", "load.pressure=1bar,2bar"]).cases
     for name, scene in ((narrow.name, narrow.scene), (wide[1].name, wide[2].scene)):
         (tmp_path / "cases" / name).mkdir(parents=True)
         write_checkpoint(tmp_path / "cases" / name, scene, {})
@@ -254,7 +254,7 @@ def test_a_chart_says_how_many_of_the_curves_it_shows(tmp_path):
 def test_auto_chooses_ice_and_model_of_every_case(tmp_path):
     scene = tmp_path / "scene.toml"
     scene.write_text(CASE.read_text().replace('heat = "continuum"', 'margin = "0.3 mm"'))
-    plan = make_plan(scene, ["model=auto"], ["load.pressure=1bar,2bar"])
+    plan = make_plan([scene], ["model=auto"], ["load.pressure=1bar,2bar"])
     alone = resolved(load_scene(scene, ["model=auto"]))
     assert plan.cases[0].scene == alone and alone.ice.heat == "continuum"
     write_scene(tmp_path / "written.toml", plan.cases[0].scene)
@@ -342,7 +342,7 @@ def test_every_mesh_is_looked_at_before_a_case_runs(tmp_path):
     meshes = (
         f"rubber.mesh={CASE.parent.parent / 'meshes' / 'siped_block.msh'},{tmp_path / 'second.msh'}"
     )
-    plan = make_plan(CASE.parent / "user_mesh.toml", [], [meshes])
+    plan = make_plan([CASE.parent / "user_mesh.toml"], [], [meshes])
     with pytest.raises(SceneError, match="second.msh"):
         run_sweep(plan, tmp_path / "out", Cores(1, 1))
     assert not (tmp_path / "out").exists()
@@ -401,7 +401,7 @@ def test_a_case_that_kills_its_process_costs_one_case(cores, tmp_path):
     law = tmp_path / "deadly.py"
     law.write_text(DEADLY)
     changes = [*SLICE, "load.duration=20us", f"friction.law={law}:Deadly"]
-    plan = make_plan(CASE, changes, ["friction.parameters.mu=0.1,0.2,0.3"])
+    plan = make_plan([CASE], changes, ["friction.parameters.mu=0.1,0.2,0.3"])
     found = run_sweep(plan, tmp_path / "out", Cores(cores, 1))
     assert found["status"].values.tolist() == ["done", "failed", "done"]
     assert "ended by" in str(found["reason"].values[1])

@@ -62,7 +62,7 @@ def test_its_keys_can_be_varied(tmp_path):
         "[film]\ndry_stress = 3e5\ninitial_height = 0\n"
     )
     plan = make_plan(
-        file,
+        [file],
         ["film.dry_softening=10K"],
         ["film.dry_stress=2bar:4bar:3", "film.dry_softening=5K,10K", "film.dry_residual=0.5K,5K"],
     )

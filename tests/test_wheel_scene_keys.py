@@ -18,9 +18,8 @@ from iceslide_fem.preprocess.wheel.case_contact import contact_of_case
 from iceslide_fem.preprocess.wheel.friction import friction
 from iceslide_fem.preprocess.wheel.tread import stiffness_of
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.scene import Scene
+from iceslide_fem.scene import Scene, put
 from iceslide_fem.scene.fields import leaves
-from iceslide_fem.scene.toml import put
 
 pytestmark = pytest.mark.quick
 

@@ -9,13 +9,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from iceslide_fem.api.preprocessors import as_text, attributes_of_done
+from iceslide_fem.api.preprocessors import attributes_of_done, done_by
 from iceslide_fem.inference.calibrate.command import CALIBRATE
 from iceslide_fem.inference.calibrate.output import Calibration
 from iceslide_fem.inference.compare.command import COMPARE
 from iceslide_fem.inference.uncertainty.command import UNCERTAINTY
 from iceslide_fem.inference.uncertainty.propagate import Spread
-from iceslide_fem.preprocess.work import run
 
 
 def calibrate(
@@ -48,12 +47,8 @@ def calibrate(
     found["estimate"].sel(parameter="film.dry_stress")
     ```
     """
-    done = run(
-        CALIBRATE,
-        {"source": Path(data), "scene": Path(scene), "fit": dict(fit), **options},
-        None if out is None else Path(out),
-        force,
-    )
+    given = {"source": data, "scene": scene, "fit": dict(fit), **options}
+    done = done_by(CALIBRATE, given, out, force)
     found: Calibration = done.found
     parts = done.figures["parameters"]
     numbers = {
@@ -110,10 +105,8 @@ def uncertainty(
     found["mu"].quantile([0.025, 0.975])
     ```
     """
-    given = {"source": Path(scene), "input": dict(input or {}), **options}
-    if calibration is not None:
-        given["calibration"] = Path(calibration)
-    done = run(UNCERTAINTY, given, None if out is None else Path(out), force)
+    given = {"source": scene, "input": dict(input or {}), "calibration": calibration, **options}
+    done = done_by(UNCERTAINTY, given, out, force)
     found: Spread = done.found
     keys = done.case.inputs.keys
     data: dict[str, Any] = {"mu": ("sample", found.mu)}
@@ -154,11 +147,8 @@ def compare(
     found["ratio"].sel(candidate="A").plot()
     ```
     """
-    texts = {key: as_text(value) for key, value in options.items()}
-    given = {"source": Path(reference), "others": tuple(map(Path, others)), **texts}
-    done = run(
-        COMPARE, {**given, "input": dict(input or {})}, None if out is None else Path(out), force
-    )
+    given = {"source": reference, "input": dict(input or {}), **options}
+    done = done_by(COMPARE, given | {"others": tuple(map(Path, others))}, out, force)
     places = done.figures["conditions"]
     names = list(places[0]["candidates"])
     keys = [key for key in places[0]["candidates"][names[0]] if key != "verdict"]

@@ -1,4 +1,4 @@
-"""From pictures, maps and surfaces to friction, for scripts: what three commands do."""
+"""From pictures, maps, surfaces and DMA tables to friction, for scripts."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from iceslide_fem.api.errors import in_python
 from iceslide_fem.api.runs import Variables, plain_attributes, variables
 from iceslide_fem.preprocess.footprint import command as footprints
 from iceslide_fem.preprocess.footprint.survey import Survey
@@ -17,6 +18,8 @@ from iceslide_fem.preprocess.hysteresis import command as rough_ice
 from iceslide_fem.preprocess.hysteresis import survey as losses
 from iceslide_fem.preprocess.roughness import command as surfaces
 from iceslide_fem.preprocess.roughness.survey import columns
+from iceslide_fem.preprocess.rubber import command as rubbers
+from iceslide_fem.preprocess.rubber.output import relaxation_columns
 from iceslide_fem.preprocess.wheel import command as wheels
 from iceslide_fem.preprocess.wheel.output import columns as slip_columns
 from iceslide_fem.preprocess.work import Done, Preprocessor, run
@@ -52,7 +55,7 @@ def footprint(
     found["film_height_m"].plot()
     ```
     """
-    done = _done(footprints.FOOTPRINT, {"image": image, **options}, out, force)
+    done = done_by(footprints.FOOTPRINT, {"image": image, **options}, out, force)
     return xr.Dataset(_maps(done.found), attrs=attributes_of_done("footprint", done))
 
 
@@ -86,7 +89,7 @@ def roughness(
     found["k"].plot(xscale="log")
     ```
     """
-    done = _done(surfaces.ROUGHNESS, {"surface": surface, **options}, out, force)
+    done = done_by(surfaces.ROUGHNESS, {"surface": surface, **options}, out, force)
     attributes = attributes_of_done("roughness", done)
     parts = [xr.Dataset(variables(columns(each), "pressure_Pa")) for each in done.found]
     if len(parts) > 1:
@@ -118,12 +121,41 @@ def hysteresis(
     found["mu_hysteresis"][1:].plot()
     ```
     """
-    done = _done(rough_ice.HYSTERESIS, {"scene": scene, **options}, out, force)
+    done = done_by(rough_ice.HYSTERESIS, {"scene": scene, **options}, out, force)
     rows, waves = losses.columns(done.found), losses.spectrum_columns(done.found)
     data = variables({"condition": np.arange(len(rows["k"])), **rows}, "condition")
     q = waves.pop("q_rad_m")
     data |= variables({"q_rad_m": q} | {f"wave_{key}": v for key, v in waves.items()}, "q_rad_m")
     return xr.Dataset(data, attrs=attributes_of_done("hysteresis", done))
+
+
+def rubber(
+    source: Path | str, *, out: Path | str | None = None, force: bool = False, **options: Any
+) -> xr.Dataset:
+    """Rubber that relaxes, from a DMA table, as `iceslide rubber`.
+
+    `source` is the table, or a scene, whose rubber is shown. Options have the command's names with
+    underscores, but `kind` for `--of`. Writes to `out` what the command writes, `rubber.toml` for a
+    scene among it, by default to `results/<name of the table>`.
+
+    The columns of `rubber.csv`, moduli over `time_s` and dynamic moduli at its inverse, are over
+    `time_s`; the fractions `g` and the times `tau_s` of the Prony series over `arm`. Attributes:
+    the figures of `rubber.json` by dotted names.
+
+    Raises `SceneError` with one sentence, before anything is written, where the input is wrong.
+
+    ```python
+    import iceslide_fem
+
+    found = iceslide_fem.rubber("cases/rubber/synthetic_dma.csv", reference="20 degC")
+    found["E_Pa"].plot(xscale="log")
+    ```
+    """
+    done = done_by(rubbers.RUBBER, {"source": source, **options}, out, force)
+    prony = done.found.relaxation.prony
+    arms = {"arm": np.arange(1, len(prony.times) + 1), "g": prony.fractions, "tau_s": prony.times}
+    data = variables(relaxation_columns(done.found), "time_s") | variables(arms, "arm")
+    return xr.Dataset(data, attrs=attributes_of_done("rubber", done))
 
 
 def wheel(
@@ -155,7 +187,7 @@ def wheel(
     found["mu"].plot(hue="speed_m_s")
     ```
     """
-    done = _done(wheels.WHEEL, {"image": image, "vary": vary, **options}, out, force)
+    done = done_by(wheels.WHEEL, {"image": image, "vary": vary, **options}, out, force)
     slipping = slip_columns(done.found.curves, done.found.read.pressure_map.load)
     table = pd.DataFrame(slipping).set_index(["speed_m_s", "temperature_C", "slip"])
     result = xr.Dataset.from_dataframe(table)
@@ -169,12 +201,13 @@ def wheel(
     return result.assign_attrs(attributes_of_done("wheel", done))
 
 
-def _done(
+def done_by(
     kind: Preprocessor, options: Mapping[str, Any], out: Path | str | None, force: bool
 ) -> Done:
     """What the `options` of a command give: lists are texts with commas there."""
     values = {name: as_text(value) for name, value in options.items()}
-    return run(kind, values, None if out is None else Path(out), force)
+    with in_python(kind.case):
+        return run(kind, values, None if out is None else Path(out), force)
 
 
 def as_text(value: Any) -> Any:

@@ -11,12 +11,14 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from iceslide_fem import simulate
+from iceslide_fem.api.errors import in_python
+from iceslide_fem.api.scenes import AnyScene, as_scene
 from iceslide_fem.postprocess import results
-from iceslide_fem.runtime.arrays import plain
+from iceslide_fem.runs.checkpoint import read_checkpoint, same_scene
+from iceslide_fem.runs.model_levels import resolved
 from iceslide_fem.runtime.columns import attributes_of
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.scene import Scene, as_toml, override, put, read_scene, scene_from_dict
-from iceslide_fem.scene.cases import scene_path
+from iceslide_fem.scene import as_toml
 from iceslide_fem.scene.fingerprint import versions_in_words
 
 if TYPE_CHECKING:
@@ -54,55 +56,27 @@ def plain_attributes(entries: Mapping[str, Any]) -> dict[str, Any]:
     return found
 
 
-def load_scene(
-    path: Path | str | None = None,
-    overrides: Mapping[str, Any] | Sequence[str] = (),
-    *,
-    case: str | None = None,
-) -> Scene:
-    """Read and validate a scene: the file `path`, or the `case` of that name.
-
-    `overrides` replace values by their dotted keys: `{"load.pressure": "3 bar"}`, or texts as for
-    `--set`, `["load.pressure=3bar"]`. Values may be NumPy's. Numbers without a unit are SI.
-    `iceslide cases` lists the cases. The scene is frozen; a notebook shows what differs from the
-    defaults.
-
-    Raises `SceneError` with one sentence where the file cannot be read or a value is not possible.
-
-    ```python
-    import iceslide_fem
-
-    scene = iceslide_fem.load_scene(case="thesis_1bar", overrides={"model": "point"})
-    scene.load.pressure  # 100000.0, in Pa
-    ```
-    """
-    data = read_scene(scene_path(path, case))
-    if isinstance(overrides, Mapping):
-        for key, value in overrides.items():
-            put(data, key, plain(value))
-    else:
-        for change in overrides:
-            override(data, change)
-    return scene_from_dict(data)
-
-
 _OVER = {"history": "time_s", "preload": "preload_step", "passes": "pass"}  # their dimensions
 
 
+@in_python()
 def run(
-    scene: Scene,
+    scene: AnyScene,
     out: Path | str | None = None,
     *,
     petsc_options: Sequence[str] = (),
     force: bool = False,
+    restart: bool = False,
     pictures: bool = True,
     comm: MPI.Comm | None = None,
     progress: Tell | None = None,
 ) -> xr.Dataset:
     """Run `scene`, write its results to the folder `out`, and return them as `read_run` does.
 
-    `out` is `results/<name>` if it is not given. `force` replaces results of another scene that it
-    holds. `pictures`: draw `report.png`, too. `petsc_options` are words as on PETSc's command line.
+    `scene` is a scene, or what `load_scene` takes: a file, or tables. `out` is `results/<name>` if
+    it is not given. `force` replaces results of another scene that it holds. `restart` goes on with
+    the run of the same scene in `out` from its last checkpoint. `pictures`: draw `report.png`, too.
+    `petsc_options` are words as on PETSc's command line.
 
     Under mpirun all ranks of `comm` call it with the same scene and folder, and share the work;
     `comm` is `MPI.COMM_WORLD` if it is not given. With `comm=MPI.COMM_SELF` every rank runs a scene
@@ -126,11 +100,16 @@ def run(
     found.attrs["mu_mean"]
     ```
     """
+    scene = as_scene(scene)
     folder = Path("results") / scene.name if out is None else Path(out)
+    resumed = read_checkpoint(folder) if restart else None
+    if resumed is not None:
+        same_scene(resolved(scene), resumed, folder)
     simulate.run(
         scene,
         folder,
         petsc_options,
+        resumed=resumed,
         force=force,
         pictures=pictures,
         comm=comm,
@@ -139,6 +118,7 @@ def run(
     return read_run(folder)
 
 
+@in_python()
 def read_run(
     folder: Path | str, table: Literal["history", "preload", "passes"] = "history"
 ) -> xr.Dataset:
@@ -181,3 +161,53 @@ def read_run(
     }
     attributes |= {f"fields_{path.stem}": str(path) for path in series}
     return xr.Dataset(variables(columns, _OVER[table]), attrs=attributes | entries)
+
+
+@in_python()
+def difference(a: xr.Dataset, b: xr.Dataset) -> xr.Dataset:
+    """Run `a` minus run `b`, as `read_run` gives them, on one time axis.
+
+    Runs have times of their own, so that `a - b` keeps the few that both have. Here `time_s` has
+    the times of both, from the later start to the earlier end, and between its own times a run is
+    linear. Variables are the columns that both have as real numbers; differences of temperatures
+    are in K.
+
+    Raises `SceneError` where one is no run over time, where the times of one do not rise (those of
+    several passes), or where no time is common to both.
+
+    ```python
+    import iceslide_fem
+
+    scene = iceslide_fem.load_scene(case="thesis_1bar", overrides={"model": "point"})
+    slow = iceslide_fem.run(scene.replace({"load.speed": "2 m/s", "name": "slow"}))
+    fast = iceslide_fem.run(scene.replace({"load.speed": "4 m/s", "name": "fast"}))
+    iceslide_fem.difference(fast, slow)["mu"].plot()
+    ```
+    """
+    for one in (a, b):
+        name = one.attrs.get("name", "a dataset")
+        if "time_s" not in one.dims or "time_s" not in one.coords:
+            raise SceneError(f"{name} is no run over time_s; allowed: what run or read_run gives")
+        if (np.diff(one["time_s"]) <= 0.0).any():
+            raise SceneError(f"the times of {name} do not rise: it has several passes; take one")
+    first, second = a["time_s"].values, b["time_s"].values
+    both = np.union1d(first, second)
+    start, end = max(first[0], second[0]), min(first[-1], second[-1])
+    times = both[(both >= start) & (both <= end)]
+    if not times.size:
+        raise SceneError("no time is common to both runs")
+    columns = [
+        str(name)
+        for name in a.data_vars
+        if name in b and a[name].dims == b[name].dims == ("time_s",)
+        if a[name].dtype.kind == b[name].dtype.kind == "f"
+    ]
+    found = variables({"time_s": times}, "time_s")
+    for name in columns:
+        apart = np.interp(times, first, a[name]) - np.interp(times, second, b[name])
+        about = attributes_of(name)
+        about["units"] = about["units"].replace("degC", "K")
+        about["long_name"] = f"difference of {about['long_name']}"
+        found[name] = xr.Variable("time_s", apart, about)
+    names = " - ".join(str(one.attrs.get("name", "")) for one in (a, b))
+    return xr.Dataset(found, attrs={"iceslide_fem": "difference", "name": names})

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import typer
 
 from iceslide_fem.runtime.errors import SimulationStopped
 
 
-def doctor() -> None:
+def doctor() -> dict[str, Any]:
     """Say what runs need and whether it is there; exit with 3 if slices and blocks cannot run."""
     from rich.console import Console
     from rich.table import Table
@@ -23,6 +25,10 @@ def doctor() -> None:
     for part in found:
         if not part.works:
             typer.echo(f"{part.name}: {part.cure}.")
-    if not can_run(found):
-        raise SimulationStopped("slices and blocks cannot run until what they need is there")
+    answer = {"can_run": can_run(found), "parts": [part._asdict() for part in found]}
+    if not answer["can_run"]:
+        raise SimulationStopped(
+            "slices and blocks cannot run until what they need is there", answer
+        )
     typer.echo("Points, slices and blocks can run.")
+    return answer

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -25,7 +25,7 @@ def tir(
         typer.Option(metavar="N", help="Of the wheel: 3432N; else its own.", show_default=False),
     ] = None,
     out: Out = None,
-) -> None:
+) -> dict[str, Any]:
     """A tyre property file: Magic Formula of MF 5.2, pure longitudinal and lateral slip."""
     from iceslide_fem.exchange.exported import formulas_of, wheel_in, write_tir
     from iceslide_fem.exchange.magic_formula import SAID
@@ -56,12 +56,14 @@ def tir(
                 "of its peak: its shape is none of this formula."
             )
     typer.echo(str(path))
+    return {"file": path, **found._asdict()}
 
 
-def fmu(folder: Folder, out: Out = None) -> None:
+def fmu(folder: Folder, out: Out = None) -> dict[str, Any]:
     """A functional mock-up unit (FMI 2.0, co-simulation): friction over speed and slip."""
     from iceslide_fem.exchange.exported import wheel_in, write_unit
 
     path = out or folder / "wheel.fmu"
     write_unit(wheel_in(folder), path, folder)
     typer.echo(str(path))
+    return {"file": path}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
@@ -19,20 +19,21 @@ from iceslide_fem.scene.fields import default_text, number_of
 
 def command(
     case: type[CommandOptions],
-    work: Callable[[dict[str, Any], Path | None, bool, bool], None],
+    work: Callable[[dict[str, Any], Path | None, bool, bool], Mapping[str, Any]],
     text: str,
     folder: str,
-) -> Callable[..., None]:
+) -> Callable[..., Mapping[str, Any]]:
     """A function for typer with an option for each field of `case`, and where to write.
 
     work: is called with the given options, texts by the names of fields, the folder (None: not
-    given), --force and --no-report; text: the command's help; folder: of the default folder.
+    given), --force and --no-report, and returns the result; text: the command's help; folder: of
+    the default folder.
     """
 
-    def run(**given: Any) -> None:
+    def run(**given: Any) -> Mapping[str, Any]:
         out, force, no_report = (given.pop(name) for name in ("out", "force", "no_report"))
         values = {key: value for key, value in given.items() if value not in (None, False, [])}
-        work(values, out, force, no_report)
+        return work(values, out, force, no_report)
 
     fields, kinds = case.model_fields, case.__mro__
     owner = {key: next(one for one in kinds if key in one.__annotations__) for key in fields}

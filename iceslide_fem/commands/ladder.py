@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -12,6 +12,7 @@ from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.runtime.files import check_writable
 from iceslide_fem.runtime.launch import rank
 from iceslide_fem.runtime.options import CaseName, Force, Overrides, SceneFile, folder_option
+from iceslide_fem.runtime.terminal import say
 
 
 def ladder(
@@ -33,7 +34,7 @@ def ladder(
         ),
     ] = None,
     no_report: NoReport = False,
-) -> None:
+) -> dict[str, Any]:
     """Run a scene on every level that matters: error, time, memory, and which is enough."""
     from iceslide_fem.scene import load_scene
     from iceslide_fem.scene.cases import scene_path
@@ -55,7 +56,7 @@ def ladder(
         simplification_table,
     )
 
-    outcomes, found = climb(scene, out, refine or [0.5, 1.0], typer.echo, force)
+    outcomes, found = climb(scene, out, refine or [0.5, 1.0], say, force)
     console, tolerance = Console(), scene.numerics.tolerance
     console.print(simplification_table(found, tolerance))
     console.print(ladder_table(outcomes))
@@ -79,3 +80,11 @@ def ladder(
         leave_report(out)
     for path in (out / "ladder.png", *out.glob("report.html"), out / f"{scene.name}.toml"):
         typer.echo(str(path))
+    return {
+        "folder": out,
+        "tolerance": tolerance,
+        "finest": finest.name,
+        "cheapest": best.name,
+        "levels": [one.as_dict() for one in outcomes],
+        "simplifications": [one._asdict() for one in found],
+    }

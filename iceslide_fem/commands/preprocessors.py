@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -67,14 +67,16 @@ def placeholder(name: str) -> Callable[[], None]:
     return listed
 
 
-def whole(name: str) -> Callable[..., None]:
+def whole(name: str) -> Callable[..., Mapping[str, Any]]:
     """The command `name` with its options."""
     from iceslide_fem.commands.from_model import command
 
     entry = COMMANDS[name]
     kind = getattr(import_module(entry.module), name.upper())
 
-    def work(values: dict[str, Any], out: Path | None, force: bool, no_report: bool) -> None:
+    def work(
+        values: dict[str, Any], out: Path | None, force: bool, no_report: bool
+    ) -> Mapping[str, Any]:
         with imports_that_stay():
             from iceslide_fem.postprocess.report.page import write_page
             from iceslide_fem.preprocess.work import run
@@ -92,6 +94,7 @@ def whole(name: str) -> Callable[..., None]:
             leave_page(lambda: write_page(done.folder / "report.html", done.page))
         for path in sorted(path for path in done.folder.iterdir() if path.is_file()):
             typer.echo(str(path))
+        return {"folder": done.folder, **done.figures}
 
     return command(kind.case, work, entry.help, kind.folder.format("<name of the source>"))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -34,14 +34,16 @@ def report(
             show_default=False,
         ),
     ] = None,
-) -> None:
+) -> dict[str, Any]:
     """Write one page, with all in it, about results: opens in a browser, without a network."""
     if out is not None and not str(out).strip():
         raise SceneError('a page has a name; given: --out ""')
 
     from iceslide_fem.workflow.report import report as write
 
-    typer.echo(str(write(folders, out)))
+    page = write(folders, out)
+    typer.echo(str(page))
+    return {"page": page}
 
 
 def leave_report(folder: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -55,7 +56,7 @@ def run(
         ),
     ] = None,
     no_report: NoReport = False,
-) -> None:
+) -> dict[str, Any]:
     """Run a scene and write mu(t), fields and a report."""
     words = petsc_options or []
     other = restart is not None or case is not None
@@ -91,13 +92,16 @@ def run(
 
             schedule = Schedule(checkpoint_every, times)
             summary = simulate(scene, out, words, schedule, resumed, force, not no_report)
-    except (Interrupted, SimulationStopped):
+    except (Interrupted, SimulationStopped) as error:
         if not no_report:
             leave_report(out)
+        if (out / "summary.json").is_file():
+            error.found = {"folder": out, **json.loads((out / "summary.json").read_bytes())}
         raise
     if not no_report:
         leave_report(out)
     print_summary(summary, out, said)
+    return {"folder": out, **summary}
 
 
 def _resumed(

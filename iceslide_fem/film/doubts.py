@@ -11,7 +11,7 @@ IN_DOUBT = f"the thesis's largest is 0.55, and above {LARGEST_FRICTION:g} it is 
 WITHOUT_MELTING = (
     "the film law has no dry friction, so mu there is that of the water film that it begins with. "
     "Where rubber slides on ice without melting it measured friction is many times higher "
-    "(docs/explanation/models.md)"
+    '(page "Which model when, and its limits")'
 )
 LARGEST_IMBALANCE = 0.01  # error of an energy balance, relative to its scale
 MOST = 0.5  # fraction of the contact without melting above which it dominates mu

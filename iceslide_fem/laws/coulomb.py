@@ -44,7 +44,8 @@ def check_weakening(scene: Scene, law: UserLaw) -> None:
         f"the friction of {law.name} falls with the slip speed, by up to "
         f"{readable(fall, 'Pa*s/m')} at {readable(where, 'm/s')}, and load.speed changes: a block "
         f"{fate}; allowed: a constant load.speed, friction that does not fall, or rubber.inertia = "
-        f"true and a fall of at most {allowed} (docs/reference/laws.md)"
+        f"true and a fall of at most {allowed} "
+        '(page "Friction laws")'
     )
 
 

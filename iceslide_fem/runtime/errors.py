@@ -2,11 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 
 class IceslideError(Exception):
-    """Base of errors shown as one sentence; `exit_code` is that of the command."""
+    """Base of errors shown as one sentence; `exit_code` is that of the command.
+
+    found: what a command has found in spite of it, for `--json`; None for nothing.
+    """
 
     exit_code = 1
+
+    def __init__(self, sentence: str = "", found: Mapping[str, Any] | None = None) -> None:
+        """An error of that sentence."""
+        super().__init__(sentence)
+        self.found = found
 
     def __str__(self) -> str:
         """The sentence on one line, without line ends and control characters of names in it."""

@@ -42,6 +42,7 @@ RESULTS = [
     *"shift_factors.png relaxation.png stress.png".split(),
     *"uncertainty.json samples.csv runs.csv distribution.png inputs.png control.png".split(),
     *"compare.json compare.csv compare.png".split(),
+    *"hysteresis.csv speed.png waves.csv waves.png cut_off.png".split(),
     *"calibration.json residuals.csv snippet.toml measured.png profiles.png residuals.png".split(),
 ]
 FOLDERS = ("fields", "cases", "point_*", "slice_*", "block_*")

@@ -91,12 +91,30 @@ def show_notes(warnings: Iterable[str]) -> None:
         print(f"Note: {warning}.")
 
 
+@contextlib.contextmanager
+def without_progress() -> Iterator[None]:
+    """Show no progress of this process within: neither long tasks nor what `say` is given."""
+    before, LongTask.are_shown = LongTask.are_shown, False
+    try:
+        yield
+    finally:
+        LongTask.are_shown = before
+
+
+def say(line: str) -> None:
+    """Print a line about the progress of a command."""
+    if LongTask.are_shown:
+        print(line, flush=True)
+
+
 class LongTask:
     """Context manager that shows progress towards `total`, on standard error."""
 
+    are_shown = True  # see `without_progress`
+
     def __init__(self, total: float, shown: bool = True) -> None:
         self.total = total
-        self._shown = shown
+        self._shown = shown and LongTask.are_shown
         self._first = 0.0  # done before this part
         self._bar: Any = None
         self._cell: _Cell | None = None

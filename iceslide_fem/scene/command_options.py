@@ -22,11 +22,11 @@ from pydantic_core import PydanticCustomError
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.units import ZERO_CELSIUS, to_si
 from iceslide_fem.scene.fields import leaves, number_of, number_text, quantity_of
-from iceslide_fem.scene.messages import first_sentence, scene_from_dict
-from iceslide_fem.scene.model import Scene
+from iceslide_fem.scene.messages import first_sentence
+from iceslide_fem.scene.model import Scene, scene_from_dict
+from iceslide_fem.scene.nested import put
 from iceslide_fem.scene.rows import RowsOf, names_a_file
 from iceslide_fem.scene.rules import Is, Rule
-from iceslide_fem.scene.toml import put
 from iceslide_fem.scene.units import Quantity
 
 OF_SCENES = dict(leaves(Scene))

@@ -5,15 +5,10 @@ from __future__ import annotations
 import difflib
 import json
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, get_args, get_origin
 
-from pydantic import AliasChoices, BaseModel, StrictInt, ValidationError
-from pydantic.fields import FieldInfo
-
-from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.scene.fields import unit_of_field
-from iceslide_fem.scene.model import Scene
+from pydantic import BaseModel, ValidationError
 
 _FORM = re.compile(r"<.*|float|int|constrained-.*")
 
@@ -96,47 +91,12 @@ def unknown_key(key: str, keys: Sequence[str]) -> str:
     return f"{key} is not a known key; allowed: {', '.join(siblings)}"
 
 
-def scene_from_dict(data: Mapping[str, Any]) -> Scene:
-    """Validate a nested dictionary; raises SceneError with one sentence on the first fault."""
-    try:
-        return Scene.model_validate(data)
-    except ValidationError as error:
-        raise SceneError(first_sentence(error, list(_dotted_keys(Scene)))) from None
-
-
-def unit_of(key: str) -> str | None:
-    """SI unit of the dotted `key` ("" for a pure number), None if it is not a number.
-
-    Raises SceneError if a scene has no such key.
-    """
-    model: Any = Scene
-    for part in key.split("."):
-        if get_origin(model) is dict:  # whose keys are the user's own
-            _, value = get_args(model)
-            return "" if StrictInt in get_args(value) else None
-        fields = getattr(model, "model_fields", {})
-        part = _by_alias(fields).get(part, part)
-        if part not in fields:
-            raise SceneError(unknown_key(key, list(_dotted_keys(Scene))))
-        model = fields[part].annotation
-    return unit_of_field(fields[part])
-
-
-def _by_alias(fields: Mapping[str, FieldInfo]) -> dict[str, str]:
-    """Field names by alias."""
-    return {
-        str(alias): name
-        for name, field in fields.items()
-        if isinstance(field.validation_alias, AliasChoices)
-        for alias in field.validation_alias.choices
-    }
-
-
-def _dotted_keys(model: type[BaseModel], prefix: str = "") -> Iterator[str]:
+def dotted_keys(model: type[BaseModel], prefix: str = "") -> Iterator[str]:
+    """All dotted keys of a `model`, those of tables and of what they hold."""
     for name, field in model.model_fields.items():
         yield prefix + name
         for table in _tables(field.annotation):
-            yield from _dotted_keys(table, f"{prefix}{name}.")
+            yield from dotted_keys(table, f"{prefix}{name}.")
 
 
 def _tables(annotation: Any) -> Iterator[type[BaseModel]]:

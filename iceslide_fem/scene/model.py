@@ -5,6 +5,7 @@ Numbers are SI (temperatures in kelvin); a file may give strings with a unit ins
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from operator import attrgetter
 from pathlib import Path
@@ -12,10 +13,11 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydantic import model_validator
+from pydantic import ValidationError, model_validator
 
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.curve import Curve
+from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.contact_table import ConstantContact, ContactTable, read_contact_table
 from iceslide_fem.scene.fields import html_table
 from iceslide_fem.scene.materials import (
@@ -24,6 +26,8 @@ from iceslide_fem.scene.materials import (
     YOUNGS_MODULUS,
     MooneyRivlin,
 )
+from iceslide_fem.scene.messages import dotted_keys, first_sentence
+from iceslide_fem.scene.nested import change
 from iceslide_fem.scene.tables import Tables, check_contradictions
 
 if TYPE_CHECKING:  # takes long to import, and only rough ice needs it
@@ -251,6 +255,24 @@ class Scene(Tables):
         """A table for notebooks: the keys that differ from their defaults, with units."""
         return html_table(self.name, self)
 
+    def replace(self, changes: Mapping[str, Any]) -> Scene:
+        """A new scene, validated, with other values by dotted keys or in tables.
+
+        `{"load.pressure": "3 bar"}` and `{"load": {"pressure": "3 bar"}}` are the same. Numbers are
+        SI, and None takes a value out. Raises SceneError with one sentence.
+        """
+        tables = self.model_dump(mode="json", exclude_unset=True)
+        change(tables, changes)
+        return scene_from_dict(tables)
+
     def as_dict(self) -> dict[str, Any]:
         """All values with defaults, in SI, JSON-compatible; `scene_from_dict` reads it."""
         return self.model_dump(mode="json")
+
+
+def scene_from_dict(data: Mapping[str, Any]) -> Scene:
+    """Validate a nested dictionary; raises SceneError with one sentence on the first fault."""
+    try:
+        return Scene.model_validate(data)
+    except ValidationError as error:
+        raise SceneError(first_sentence(error, list(dotted_keys(Scene)))) from None

@@ -60,8 +60,8 @@ def read_arms(given: Any) -> Any:
     if total > 1.0 - SOFTEST:
         raise _fault(
             f"the fractions g are {total:.6g} in sum, of the instantaneous modulus; allowed: "
-            f"less than {1.0 - SOFTEST:g} (docs/explanation/relaxation.md has other programs' "
-            f"conventions)"
+            f'less than {1.0 - SOFTEST:g} (the page "Rubber that relaxes" has other '
+            "programs' conventions)"
         )
     return tuple(arms)
 

@@ -11,11 +11,13 @@ from typing import Any
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.fields import leaves, quantity_of
 from iceslide_fem.scene.input_file import read_text
-from iceslide_fem.scene.messages import scene_from_dict, shortened
-from iceslide_fem.scene.model import FILE_KEYS, Scene
+from iceslide_fem.scene.messages import shortened
+from iceslide_fem.scene.model import FILE_KEYS, Scene, scene_from_dict
+from iceslide_fem.scene.nested import merge, put
 from iceslide_fem.scene.rows import RowsOf, names_a_file
 
 DEEPEST = 8  # levels of nesting; a scene has two
+MOST_BASES = 8  # of a scene file, one of the other
 # Table and key of rows, which may be in a file.
 ROWS_KEYS = [
     key.split(".") for key, field in leaves(Scene) if isinstance(quantity_of(field), RowsOf)
@@ -34,11 +36,20 @@ def load_scene(path: Path | str, overrides: Sequence[str] = ()) -> Scene:
 def read_scene(path: Path | str, overrides: Sequence[str] = ()) -> dict[str, Any]:
     """The tables of a TOML scene file with `overrides` applied, not yet validated.
 
-    A relative path (`FILE_KEYS`) is relative to the scene file; in an override it is relative to
-    the working directory.
-    Raises SceneError if the file or an override can't be read.
+    With `base = "other.toml"` its tables are those of the other file, with its own values over
+    them. A relative path, of a base or of `FILE_KEYS`, is relative to the file that it stands in;
+    in an override it is relative to the working directory.
+    Raises SceneError if a file or an override can't be read.
     """
-    path = Path(path)
+    data = _read(Path(path), ())
+    for change in overrides:
+        override(data, change)
+    _check_depth(path, data)
+    return data
+
+
+def _read(path: Path, above: tuple[Path, ...]) -> dict[str, Any]:
+    """The tables of the file at `path` over those of its base; above: files that it is base of."""
     text = read_text(path, "the scene file")
     try:
         data = tomllib.loads(text)
@@ -46,11 +57,20 @@ def read_scene(path: Path | str, overrides: Sequence[str] = ()) -> dict[str, Any
         raise SceneError(f"{path} is nested too deeply") from None
     except ValueError as error:  # invalid TOML, or an integer with thousands of digits
         raise SceneError(f"{path} is not valid TOML: {error}{_hint(text, str(error))}") from None
-    set_folder(data, path.parent)
-    for change in overrides:
-        override(data, change)
     _check_depth(path, data)
-    return data
+    set_folder(data, path.parent)
+    if "base" not in data:
+        return data
+    base, files = data.pop("base"), (*above, path)
+    if not isinstance(base, str):
+        raise SceneError(f'base in {path} is no scene file; allowed: as in base = "other.toml"')
+    if Path(base).resolve() in [file.resolve() for file in files]:
+        raise SceneError(f"{path} has the base {base}, which is based on it in turn")
+    if len(files) > MOST_BASES:
+        raise SceneError(f"{files[0]} has more than {MOST_BASES} bases, one of the other")
+    tables = _read(Path(base), files)
+    merge(tables, data)
+    return tables
 
 
 def set_folder(data: dict[str, Any], folder: Path) -> None:
@@ -66,6 +86,8 @@ def set_folder(data: dict[str, Any], folder: Path) -> None:
             values = values.get(part) if isinstance(values, dict) else None
         if isinstance(values, dict) and is_file(values.get(name)):
             values[name] = str(folder / values[name])
+    if isinstance(data.get("base"), str):
+        data["base"] = str(folder / data["base"])
 
 
 def _hint(text: str, error: str) -> str:
@@ -76,7 +98,7 @@ def _hint(text: str, error: str) -> str:
     return '; a value with a unit goes in quotes, as in "1 bar"' if _BARE_UNIT.search(line) else ""
 
 
-def _check_depth(path: Path, data: dict[str, Any]) -> None:
+def _check_depth(path: Path | str, data: dict[str, Any]) -> None:
     """Raise SceneError if `data` is nested too deeply for recursion."""
     level: list[Any] = [data]
     for _ in range(DEEPEST):
@@ -107,27 +129,6 @@ def parsed(text: str) -> Any:
         return tomllib.loads(f"value = {text}")["value"]
     except (ValueError, RecursionError):
         return text
-
-
-def put(data: dict[str, Any], key: str, value: Any) -> None:
-    """Set the dotted `key` in the tables `data`. Raises SceneError if it goes through a value."""
-    *tables, name = key.split(".")
-    for table in tables:
-        data = data.setdefault(table, {})
-        if not isinstance(data, dict):
-            raise SceneError(f"{shortened(key)} goes through {table}, which is not a table")
-    data[name] = value
-
-
-def flat(tables: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Nested tables as one, with dotted keys."""
-    result: dict[str, Any] = {}
-    for key, value in tables.items():
-        if isinstance(value, Mapping):
-            result |= flat(value, f"{prefix}{key}.")
-        else:
-            result[prefix + key] = value
-    return result
 
 
 def as_toml(tables: Mapping[str, Any]) -> str:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_args, get_origin
+
+from pydantic import AliasChoices, StrictInt
+from pydantic.fields import FieldInfo
 
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.units import to_si
-from iceslide_fem.scene.fields import leaves, number_of, with_unit
-from iceslide_fem.scene.messages import unknown_key
+from iceslide_fem.scene.fields import leaves, number_of, unit_of_field, with_unit
+from iceslide_fem.scene.messages import dotted_keys, unknown_key
 from iceslide_fem.scene.model import Scene
 from iceslide_fem.scene.units import Quantity
 
@@ -44,6 +47,34 @@ def quantity(key: str) -> Quantity:
     if found is None:
         raise SceneError(f"{key} is not a number")
     return found
+
+
+def unit_of(key: str) -> str | None:
+    """SI unit of the dotted `key` ("" for a pure number), None if it is not a number.
+
+    Raises SceneError if a scene has no such key.
+    """
+    model: Any = Scene
+    for part in key.split("."):
+        if get_origin(model) is dict:  # whose keys are the user's own
+            _, value = get_args(model)
+            return "" if StrictInt in get_args(value) else None
+        fields = getattr(model, "model_fields", {})
+        part = _by_alias(fields).get(part, part)
+        if part not in fields:
+            raise SceneError(unknown_key(key, list(dotted_keys(Scene))))
+        model = fields[part].annotation
+    return unit_of_field(fields[part])
+
+
+def _by_alias(fields: Mapping[str, FieldInfo]) -> dict[str, str]:
+    """Field names by alias."""
+    return {
+        str(alias): name
+        for name, field in fields.items()
+        if isinstance(field.validation_alias, AliasChoices)
+        for alias in field.validation_alias.choices
+    }
 
 
 def number_at(scene: Scene, key: str) -> float | None:

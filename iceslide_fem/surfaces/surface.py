@@ -104,7 +104,7 @@ def levelled(surface: Surface) -> Surface:
     if share >= NOTED:
         notes += (
             f"{share:.1%} of its heights are missing and filled: with 9 % missing in patches k was "
-            "13 % and D 9 % too large at 1 bar (docs/explanation/roughness.md)",
+            '13 % and D 9 % too large at 1 bar (page "Contact parameters from a rough surface")',
         )
     return replace(surface, heights=z, notes=notes)
 

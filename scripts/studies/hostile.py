@@ -35,8 +35,7 @@ import psutil
 
 from iceslide_fem.coupling.step_error import LIMITS
 from iceslide_fem.runtime.errors import SceneError, SimulationStopped
-from iceslide_fem.scene import scene_from_dict
-from iceslide_fem.scene.toml import parsed, put
+from iceslide_fem.scene import parsed, put, scene_from_dict
 from scripts.studies.common import RESULTS, ROOT, options, table
 from scripts.studies.component_changes import component_changes
 from scripts.studies.wet_changes import wet_changes

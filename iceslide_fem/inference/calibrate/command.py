@@ -16,7 +16,8 @@ from iceslide_fem.scene.fields import with_unit
 
 LEFT_OUT = (
     "The point level: uniform pressure, no block, no edges. Errors of the measured loads are not "
-    "among the residuals, and rows are taken as independent (docs/explanation/calibration.md)."
+    "among the residuals, and rows are taken as independent (page "
+    '"Parameters from data, and what doubt means").'
 )
 HEAD = ("parameter", "estimate", "from", "to", "error of ln")
 

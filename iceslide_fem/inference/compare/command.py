@@ -23,7 +23,7 @@ LEFT_OUT = (
     "cancel in a ratio; what the model leaves out of one candidate alone does not. Steps and mesh: "
     "by how much the ratio moves when all is computed with twice the tolerance and coarser meshes "
     "and tables. Inputs: 95 % of normal ones, to first order. ISO 19447 and UN R117 ask for tests "
-    "of tyres; these are computed (docs/how-to/compare.md)."
+    'of tyres; these are computed (page "Compare compounds, patterns and tyres").'
 )
 
 

@@ -23,7 +23,8 @@ from iceslide_fem.workflow.sweep.table import DONE
 
 LEFT_OUT = (
     "Inputs that are not named are taken as exact, and so is the model. Inputs of --input are "
-    "independent; parameters of a calibration are not (docs/explanation/calibration.md)."
+    "independent; parameters of a calibration are not (page "
+    '"Parameters from data, and what doubt means").'
 )
 HEAD = ("input", "spread", "alone", "with all others")
 

@@ -36,7 +36,7 @@ from iceslide_fem.scene.materials import BAR
 VTI, LINE, COMPARISON = "footprint.vti", "line.csv", "comparison.csv"
 ABOUT_ERROR = "The film law was advanced with a relative error of {:g} of mu per pixel."
 ABOUT_MODELS = (
-    "The macroscopic model has no steps. Its d and t are tuned: docs/explanation/footprint.md says "
+    'The macroscopic model has no steps. Its d and t are tuned: the page "Footprints" says '
     "how far to believe it. Nothing melts in it, and the heat is that of static friction."
 )
 LEFT_OUT = (

@@ -58,7 +58,7 @@ def saturation(
         )
     return (
         f"{found}: if the pressure is higher there, the load is too low, and mu too high by the "
-        "same factor, 1.1 to 1.9 with half of the pixels cut (docs/explanation/footprint.md); with "
+        'same factor, 1.1 to 1.9 with half of the pixels cut (page "Footprints"); with '
         f"the true --load mu is within {WITH_LOAD:.0%}",
     )
 

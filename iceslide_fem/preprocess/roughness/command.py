@@ -17,7 +17,7 @@ from iceslide_fem.scene.materials import BAR
 HEAD = ("p (bar)", "k", "D (um)", "H_V (um)", "k/D (1/mm)")
 ABOUT_WAVES = (
     "k and D hold for the shortest wave that is kept; with shorter ones both are smaller, and mean "
-    "friction changes much less (docs/explanation/roughness.md)."
+    'friction changes much less (page "Contact parameters from a rough surface").'
 )
 LEFT_OUT = (
     "The ice is smooth and rigid, and rubber and ice do not adhere. The rubber is a half-space of "

@@ -21,7 +21,7 @@ FRAGMENT = "rubber.toml"
 LEFT_OUT = (
     "Moduli are those of one small amplitude: no Payne effect, no softening by earlier strains. "
     "Volume changes are elastic, and moduli are not shifted vertically "
-    "(docs/explanation/relaxation.md)."
+    '(page "Rubber that relaxes").'
 )
 
 

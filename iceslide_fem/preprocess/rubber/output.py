@@ -12,6 +12,7 @@ from iceslide_fem.preprocess.rubber.compound import Compound
 from iceslide_fem.preprocess.work import csv_text
 from iceslide_fem.relaxation.doubts import of_fit
 from iceslide_fem.relaxation.shift import Shift, ShiftTable
+from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 
 PER_DECADE = 10  # rows of the relaxation
@@ -62,8 +63,8 @@ def _wlf(shift: Shift, measured: tuple[float, float] | None) -> str:
     return "wlf = { " + ", ".join(f"{key} = {value}" for key, value in keys.items()) + " }"
 
 
-def relaxation_table(found: Compound) -> str:
-    """The text of rubber.csv: moduli over time, and dynamic moduli at the inverse frequency."""
+def relaxation_columns(found: Compound) -> dict[str, Array]:
+    """Columns of rubber.csv: moduli over time, and dynamic moduli at the inverse frequency."""
     low, high = found.frequencies
     rows = 1 + round(PER_DECADE * float(np.log10(high / low)))
     times = np.geomspace(1.0 / high, 1.0 / low, rows)
@@ -72,7 +73,12 @@ def relaxation_table(found: Compound) -> str:
     columns = [times, found.modulus * prony.modulus(times), dynamic.real, dynamic.imag]
     of = found.of
     head = ("time_s", f"{of}_Pa", f"{of}_storage_Pa", f"{of}_loss_Pa")
-    return csv_text(dict(zip(head, columns, strict=True)), 6)
+    return dict(zip(head, columns, strict=True))
+
+
+def relaxation_table(found: Compound) -> str:
+    """The text of rubber.csv."""
+    return csv_text(relaxation_columns(found), 6)
 
 
 def shift_table(found: Compound) -> str:

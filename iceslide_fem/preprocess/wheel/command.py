@@ -33,7 +33,7 @@ LEFT_OUT = (
     "The brush: no camber, no relaxation length, one sliding velocity over the whole "
     "patch, pressures that slip does not change. What slides does so with the speed of the wheel: "
     "a bristle in series with a film that melts has no motion of its own "
-    "(docs/explanation/wheel.md)."
+    '(page "A wheel, and braking").'
 )
 NO_CARCASS = " The carcass does not give way."
 MEMBER_HEAD = (

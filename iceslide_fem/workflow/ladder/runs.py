@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import tomlkit
@@ -49,6 +49,19 @@ class LevelResult(NamedTuple):
     def name(self) -> str:
         """Model, heat and refinement, as in directories and charts."""
         return level_name(self.level)
+
+    def as_dict(self) -> dict[str, Any]:
+        """What `iceslide ladder --json` says of it."""
+        done = {} if self.run is None else self.run.summary
+        return {
+            "name": self.name,
+            **self.level._asdict(),
+            **{key: done.get(key) for key in ("mu_mean", "mu_peak", "wall_s")},
+            "largest_difference": self.largest,
+            "rms_difference": self.rms,
+            "memory_bytes": self.memory,
+            "note": self.note,
+        }
 
 
 def climb(

@@ -1,4 +1,4 @@
-"""Parameter sweeps: one scene with every combination of varied values.
+"""Parameter sweeps: scenes with every combination of varied values.
 
 Points are computed in one vectorised call, finite element cases in separate processes. A case is
 identified by its scene and the program versions. A second sweep in the same folder computes only
@@ -19,7 +19,8 @@ from iceslide_fem.film.doubts import WITHOUT_MELTING
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.folders import claimed, clear_results, results_in
 from iceslide_fem.scene.fingerprint import scene_hash
-from iceslide_fem.workflow.sweep.plan import Case, Plan, make_plan, plan_of, value_of
+from iceslide_fem.workflow.sweep.axes import read_rows, rows_of_keys, values_of_key
+from iceslide_fem.workflow.sweep.plan import Case, Plan, make_plan, plan_of
 from iceslide_fem.workflow.sweep.points import simulate_points
 from iceslide_fem.workflow.sweep.processes import (
     Cores,
@@ -35,6 +36,7 @@ from iceslide_fem.workflow.sweep.table import (
     DONE,
     NOT_COMPUTED,
     CaseResult,
+    cases_in,
     done_points,
     read_outcome,
     read_sweep,
@@ -45,12 +47,16 @@ from iceslide_fem.workflow.sweep.table import (
 __all__ = [
     "Cores",
     "Plan",
+    "cases_in",
     "failures",
     "make_plan",
     "plan_of",
+    "read_rows",
     "read_sweep",
+    "rows_of_keys",
     "run_sweep",
     "share_cores",
+    "values_of_key",
 ]
 
 
@@ -107,7 +113,7 @@ def _run_sweep(
             prepare(folder, others)
             for number, (case, outcome) in enumerate(compute(folder, others, cores), start=1):
                 outcomes[case.name] = outcome
-                say(f"[{number}/{len(others)}] {_described(plan, case, outcome)}")
+                say(f"[{number}/{len(others)}] {_described(case, outcome)}")
     finally:
         dataset = write_sweep(folder, plan, [outcomes[case.name] for case in plan.cases])
     onsets = [
@@ -146,10 +152,9 @@ def _found(plan: Plan, folder: Path, say: Callable[[str], None]) -> dict[str, Ca
     }
 
 
-def _described(plan: Plan, case: Case, outcome: CaseResult) -> str:
+def _described(case: Case, outcome: CaseResult) -> str:
     """A case and its outcome in one line."""
-    values = {key: value_of(case.scene, key) for key in plan.axes}
-    words = [f"{k}={v:.6g}" if isinstance(v, float) else f"{k}={v}" for k, v in values.items()]
+    words = [f"{k}={v:.6g}" if isinstance(v, float) else f"{k}={v}" for k, v in case.at.items()]
     result = f"{outcome.status}: {outcome.reason}"
     if outcome.status == DONE:
         result = f"mean mu {outcome.summary['mu_mean']:.4f}, {outcome.summary['wall_s']:.0f} s"

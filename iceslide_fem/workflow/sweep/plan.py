@@ -1,4 +1,4 @@
-"""The cases of a sweep: every combination of varied values, each a valid scene."""
+"""The cases of a sweep: scenes with every combination of varied values, each valid."""
 
 from __future__ import annotations
 
@@ -10,107 +10,127 @@ from copy import deepcopy
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from iceslide_fem.laws.table import law_of
 from iceslide_fem.runs.model_levels import resolved
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.runtime.units import to_si
-from iceslide_fem.scene import (
-    Scene,
-    key_and_text,
-    parsed,
-    put,
-    read_scene,
-    scene_from_dict,
-    unit_of,
-)
+from iceslide_fem.scene import Scene, put, read_scene, scene_from_dict, unit_of
 from iceslide_fem.scene.fields import with_unit
 from iceslide_fem.scene.fingerprint import fingerprint
-from iceslide_fem.scene.messages import shortened
-from iceslide_fem.scene.units import read_range
+from iceslide_fem.workflow.sweep.axes import (
+    MOST_CASES,
+    Axis,
+    check_names,
+    read_axis,
+    read_rows,
+)
 
-MOST_CASES = 100_000  # of a sweep
 LONGEST_NAME = 150  # characters of a folder
+SCENE = "scene"  # dimension of a sweep over several scenes
+# Names of a sweep's table and curves, which no dimension of rows may have.
+TAKEN = [
+    *(SCENE, "case", "fingerprint", "scene_hash", "status", "reason", "warnings"),
+    *("mu", "film_height_m", "duration_s", "time_share"),
+]
 
 Value = float | str | bool
-_RANGE = re.compile(r"[^:,]+:[^:,]+:\s*[0-9]+\s*")
 
 
 class Case(NamedTuple):
-    """A case: its name, which says what differs, its scene, and the fingerprint of the scene."""
+    """A case: its name, which says what differs, its scene, and the fingerprint of the scene.
+
+    at: the values of the sweep's dimensions there.
+    """
 
     name: str
     scene: Scene
     fingerprint: str
+    at: Mapping[str, Value] = {}
 
 
 class Plan(NamedTuple):
-    """A sweep: values of every varied key (SI) and the cases, the last key varying fastest."""
+    """A sweep: values (SI) or labels along every dimension, and the cases, the last one fastest.
+
+    rows: name of a dimension of rows -> values (SI) of its keys.
+    """
 
     axes: dict[str, tuple[Value, ...]]
     cases: list[Case]
+    rows: dict[str, dict[str, tuple[Any, ...]]] = {}
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Number of values of each varied key."""
+        """Number of places along every dimension."""
         return tuple(len(values) for values in self.axes.values())
 
+    @property
+    def keys(self) -> set[str]:
+        """All varied keys."""
+        return {*self.axes, *(key for keys in self.rows.values() for key in keys)}
 
-def make_plan(scene_file: Path, overrides: Sequence[str], varied: Sequence[str]) -> Plan:
+
+def make_plan(
+    scene_files: Sequence[Path],
+    overrides: Sequence[str],
+    varied: Sequence[str],
+    tables: Sequence[Path] = (),
+) -> Plan:
     """All combinations of `varied`, each "key=first:last:count" or "key=value,value,...".
 
-    Raises SceneError if a value or a combination is not allowed, a user's law can't be loaded, or
-    there are more than `MOST_CASES`.
+    Several scenes are a dimension, named by their files, and so are the rows of each of the
+    `tables`. Raises SceneError if a value or a combination is not allowed, a user's law can't be
+    loaded, or there are more than `MOST_CASES`.
     """
-    base = read_scene(scene_file, overrides)
-    given = dict(_axis(text) for text in varied)
-    if len(given) < len(varied):
-        keys = [key_and_text(text)[0] for text in varied]
-        twice = next(key for key in keys if keys.count(key) > 1)
-        raise SceneError(f"{twice} is varied twice; give all its values in one --vary")
-    return plan_of(base, given)
+    scenes = [(path.stem, read_scene(path, overrides)) for path in scene_files]
+    return plan_of(scenes, [*map(read_axis, varied), *map(read_rows, tables)])
 
 
-def plan_of(base: Mapping[str, Any], given: Mapping[str, Sequence[Any]]) -> Plan:
-    """All combinations of the values `given` for dotted keys, in the tables `base` of a scene.
+def plan_of(scenes: Sequence[tuple[str, Mapping[str, Any]]], axes: Sequence[Axis]) -> Plan:
+    """All combinations of `scenes`, by names and tables, and of places along the `axes`.
 
     Raises SceneError, as `make_plan`.
     """
-    if not given:
+    check_names(axes, TAKEN)
+    names = [name for name, _ in scenes]
+    if twice := [name for name in names if names.count(name) > 1]:
+        raise SceneError(f"two scenes are named {twice[0]}; a sweep tells them apart by names")
+    if not axes and len(scenes) < 2:
         raise SceneError("a sweep varies something: give --vary load.pressure=1bar:5bar:5, say")
-    if "name" in given:
-        raise SceneError("name cannot be varied: it names the sweep, not a case")
-    count = math.prod(len(values) for values in given.values())
+    count = len(scenes) * math.prod(len(axis.changes) for axis in axes)
     if count > MOST_CASES:
         raise SceneError(f"the sweep has {count} cases; allowed: up to {MOST_CASES}")
-    scenes = []
-    for values in itertools.product(*given.values()):
-        data = deepcopy(dict(base))
-        for key, value in zip(given, values, strict=True):
-            put(data, key, value)
-        scenes.append(scene_from_dict(data))
-    axes = _axes_in_si(given, scenes)
-    scenes = [resolved(scene) for scene in scenes]  # cases are resolved scenes
-    for scene in scenes:
+    found = []
+    for (_, tables), *changes in itertools.product(scenes, *(axis.changes for axis in axes)):
+        data = deepcopy(dict(tables))
+        for change in changes:
+            for key, value in change.items():
+                put(data, key, value)
+        found.append(scene_from_dict(data))
+    values, rows = _in_si(axes, found)
+    if len(scenes) > 1:
+        values = {SCENE: tuple(names), **values}
+    found = [resolved(scene) for scene in found]  # cases are resolved scenes
+    for scene in found:
         law_of(scene)  # checked before the first run
-    named = zip(_names(axes), scenes, strict=True)
-    return Plan(axes, [Case(name, scene, fingerprint(scene)) for name, scene in named])
+    places = (dict(zip(values, at, strict=True)) for at in itertools.product(*values.values()))
+    named = zip(_names(values, axes), found, places, strict=True)
+    cases = [Case(name, scene, fingerprint(scene), at) for name, scene, at in named]
+    return Plan(values, cases, rows)
 
 
-def _names(axes: Mapping[str, tuple[Value, ...]]) -> list[str]:
+def _names(values: Mapping[str, tuple[Value, ...]], axes: Sequence[Axis]) -> list[str]:
     """Names of all cases, as folders have them: speed=3__temperature=-10degC.
 
     Snakemake takes no comma in them. Values are exact where six digits do not tell them apart.
     """
-    last = [key.rpartition(".")[2] for key in axes]
+    short = {name: ",".join(p.rpartition(".")[2] for p in name.split(",")) for name in values}
+    last = list(short.values())
+    of_keys = {axis.name for axis in axes if not axis.labels}
     words = []
-    for key, values in axes.items():
-        short = key.rpartition(".")[2]
-        title = short if last.count(short) == 1 else key
-        shown = [_shown(key, value) for value in values]
+    for name, along in values.items():
+        title = short[name] if last.count(short[name]) == 1 else name
+        shown = [_shown(name, value) if name in of_keys else str(value) for value in along]
         if len(set(shown)) < len(shown):
-            shown = [str(value) for value in values]
+            shown = [str(value) for value in along]
         words.append([re.sub(r"[^\w.+=-]+", "-", f"{title}={text}") for text in shown])
     names = ["__".join(parts) for parts in itertools.product(*words)]
     if len(set(names)) == len(names) and max(map(len, names)) <= LONGEST_NAME:
@@ -137,49 +157,28 @@ def value_of(scene: Scene, key: str) -> Any:
     return value
 
 
-def _axis(text: str) -> tuple[str, tuple[Any, ...]]:
-    """Key and values, as given, of "load.pressure=1bar:5bar:5" or "load.speed=1,2,3"."""
-    key, values = key_and_text(text)
-    unit = unit_of(key)
-    if ":" not in values or (unit is None and not _RANGE.fullmatch(values)):
-        return key, tuple(parsed(value.strip()) for value in values.split(","))
-    if unit is None:
-        raise SceneError(f"{key} is not a number: list its values, as in {key}=one,other")
-    try:
-        first, last, number = read_range(values)
-    except ValueError as error:
-        raise SceneError(f'--vary {key}="{values}" {error}') from None
-    if not 2 <= number <= MOST_CASES:
-        raise SceneError(f'--vary "{text}": a range has a count of 2 to {MOST_CASES}')
-    even = np.linspace(_end(key, first, unit), _end(key, last, unit), number)
-    return key, tuple(float(f"{value:.12g}") for value in even)
+def _in_si(
+    axes: Sequence[Axis], scenes: Sequence[Scene]
+) -> tuple[dict[str, tuple[Value, ...]], dict[str, dict[str, tuple[Any, ...]]]]:
+    """Values along the axes, of keys in SI as in the scenes, and those of keys of rows.
+
+    Raises SceneError if a value is given twice.
+    """
+    values: dict[str, tuple[Value, ...]] = {}
+    rows: dict[str, dict[str, tuple[Any, ...]]] = {}
+    stride = math.prod(len(axis.changes) for axis in axes)
+    for axis in axes:
+        stride //= len(axis.changes)
+        there = [scenes[number * stride] for number in range(len(axis.changes))]
+        in_si = {key: tuple(_plain(value_of(scene, key)) for scene in there) for key in axis.keys}
+        if axis.labels:
+            values[axis.name], rows[axis.name] = axis.labels, in_si
+            continue
+        values[axis.name] = own = in_si[axis.name]
+        if twice := [value for value in own if own.count(value) > 1]:
+            raise SceneError(f"{axis.name} = {twice[0]} is given twice")
+    return values, rows
 
 
-def _end(key: str, text: str, unit: str) -> float:
-    """The end of a range in SI."""
-    value = parsed(text)
-    reason: object = "is not a number"
-    try:
-        if isinstance(value, str):
-            return to_si(value, unit)
-    except ValueError as error:
-        reason = error
-    if isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e300:
-        return float(value)
-    raise SceneError(f'{key} = "{shortened(text)}" {reason}')
-
-
-def _axes_in_si(
-    given: Mapping[str, Sequence[Any]], scenes: Sequence[Scene]
-) -> dict[str, tuple[Value, ...]]:
-    """Values of the varied keys in SI, as in the scenes; duplicates are refused."""
-    axes: dict[str, tuple[Value, ...]] = {}
-    stride = len(scenes)
-    for key, values in given.items():
-        stride //= len(values)
-        in_si = [value_of(scenes[number * stride], key) for number in range(len(values))]
-        if len(set(in_si)) < len(in_si):
-            twice = next(value for value in in_si if in_si.count(value) > 1)
-            raise SceneError(f"{key} = {twice} is given twice")
-        axes[key] = tuple(str(v) if isinstance(v, Path) else v for v in in_si)
-    return axes
+def _plain(value: Any) -> Any:
+    return str(value) if isinstance(value, Path) else value

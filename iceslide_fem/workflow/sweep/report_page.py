@@ -19,6 +19,7 @@ from iceslide_fem.postprocess.report.page import (
     Text,
 )
 from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.workflow.sweep.plan import SCENE
 from iceslide_fem.workflow.sweep.plots import (
     charts_of_sweep,
     keys_of,
@@ -149,6 +150,14 @@ def _versions(table: pd.DataFrame) -> list[Table]:
 
 
 def _command(data: xr.Dataset, keys: list[str]) -> str:
-    values = {key: ",".join(map(str, data[key].values.tolist())) for key in keys}
-    varied = (f"    --vary {key}={value}" for key, value in values.items())
-    return " \\\n".join([f"iceslide sweep {data.attrs.get('name') or 'SCENE'}.toml", *varied])
+    files = [data.attrs.get("name") or "SCENE"]
+    words = []
+    for key in keys:
+        values = [str(value) for value in data[key].values.tolist()]
+        if key == SCENE:
+            files = values
+        elif any(data[other].dims == (key,) for other in data.coords if other != key):
+            words.append(f"    --rows {key}.csv")
+        else:
+            words.append(f"    --vary {key}={','.join(values)}")
+    return " \\\n".join([" ".join(["iceslide sweep", *(f"{file}.toml" for file in files)]), *words])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -19,7 +20,7 @@ from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.files import replace_file
 from iceslide_fem.scene import Scene, as_toml, flat, put, unit_of
 from iceslide_fem.scene.fingerprint import fingerprint, scene_hash, versions, versions_in_words
-from iceslide_fem.workflow.sweep.plan import Plan
+from iceslide_fem.workflow.sweep.plan import SCENE, Plan
 
 # Number of evenly spaced samples of a curve, from t = 0 to the end of the case, or over its last
 # pass.
@@ -111,6 +112,13 @@ def read_sweep(folder: Path | str) -> xr.Dataset:
         raise SceneError(f"{folder} holds no sweep (no readable sweep.nc: {error})") from None
 
 
+def cases_in(folder: Path) -> list[dict[str, Any]]:
+    """The rows of `sweep.csv` in `folder`, by column; None for an empty cell."""
+    table = pd.read_csv(folder / "sweep.csv", dtype=dict.fromkeys(_TEXT, str))
+    rows = table.to_json(orient="records", double_precision=15)
+    return list(json.loads(rows))
+
+
 def scenes_of_table(folder: Path) -> set[str]:
     """Hashes of the scenes with a result in `sweep.csv` of `folder`."""
     try:
@@ -155,14 +163,16 @@ def to_dataset(
     table: pd.DataFrame,
     outcomes: Sequence[CaseResult],
 ) -> xr.Dataset:
-    """Dataset of texts, summary numbers and curves over the varied keys, in SI.
+    """Dataset of texts, summary numbers and curves over the dimensions of the plan, in SI.
 
-    inputs: of every case, by dotted key.
+    Keys of rows are coordinates along their dimension. inputs: of every case, by dotted key.
     """
     keys = list(plan.axes)
     coordinates: dict[str, Any] = {}
-    for key, values in plan.axes.items():
-        coordinates[key] = (key, np.array(values), {"units": unit_of(key) or "1"})
+    for name, values in plan.axes.items():
+        coordinates[name] = _coordinate(name, name, values)
+        for key, of_rows in plan.rows.get(name, {}).items():
+            coordinates[key] = _coordinate(name, key, of_rows)
     coordinates["time_share"] = np.linspace(0.0, 1.0, SAMPLES)
     data: dict[str, Any] = {}
     for name in table:
@@ -182,11 +192,11 @@ def to_dataset(
     common = {
         key: value
         for key, value in first.items()
-        if key not in plan.axes and all(other[key] == value for other in others)
+        if key not in plan.keys and all(other[key] == value for other in others)
     }
     scene: dict[str, Any] = {}
     for key, value in first.items():  # a scene file with the values of the first case
-        if key in common or key in plan.axes:
+        if key in common or key in plan.keys or SCENE in plan.axes:
             put(scene, key, value)
     words = " ".join(f"{key}={value}" for key, value in common.items() if value is not None)
     attributes = {"iceslide_fem": "sweep", "inputs": words}
@@ -200,6 +210,13 @@ def to_dataset(
         ]
     )
     return xr.Dataset(data, coordinates, attributes | {"scene": as_toml(scene)})
+
+
+def _coordinate(dimension: str, key: str, values: Sequence[Any]) -> tuple[str, Array, Any]:
+    """The values of a key along a dimension, numbers with their unit, else texts."""
+    if all(isinstance(value, int | float) for value in values):
+        return dimension, np.array(values), {"units": unit_of(key) or "1"}
+    return dimension, np.array(["" if value is None else str(value) for value in values]), {}
 
 
 def _entries(summary: Mapping[str, Any]) -> dict[str, Any]:
