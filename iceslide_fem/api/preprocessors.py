@@ -196,6 +196,8 @@ def wheel(
     if stops := done.figures["stops"]:
         controls = {"control": list(stops)}
         of_stops = pd.DataFrame(list(stops.values()))
+        ends = list(zip(*of_stops.pop("measured_between_m_s"), strict=True))
+        of_stops["measured_from_m_s"], of_stops["measured_to_m_s"] = ends
         stopped = variables({f"stop_{name}": of_stops[name] for name in of_stops}, "control")
         result = result.assign_coords(controls).assign(stopped)
     return result.assign_attrs(attributes_of_done("wheel", done))

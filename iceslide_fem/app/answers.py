@@ -34,11 +34,11 @@ from iceslide_fem.workflow.planning.info import describe
 Asked = Mapping[str, Any]
 TABS = {"line": line.TAB, "wheel": wheel.TAB}
 RUN_LINES = """\
-from iceslide_fem.scene import scene_from_dict
-from iceslide_fem.simulate import run
+import iceslide_fem as ice
 
 {scene}
-summary = run(scene, {out!r})
+found = ice.run(scene, {out!r})
+print(found.attrs["mu_mean"])
 """
 
 
@@ -55,8 +55,8 @@ class Answers:
     @staticmethod
     def fields_in(name: str, sentence: str) -> list[str]:
         """Keys of the fields that a `sentence` of the answer `name` is about."""
-        if name in TABS:
-            return TABS[name].fields_in(sentence)
+        if name in (*TABS, "stops"):
+            return TABS.get(name, wheel.TAB).fields_in(sentence)
         return named_in(sentence, [*form.keys(), "contact"])
 
     def by_name(self) -> dict[str, Callable[[Asked], Any]]:
@@ -70,10 +70,12 @@ class Answers:
             ),
             "line": lambda asked: line.curves(_texts(asked)),
             "wheel": lambda asked: wheel.curves(_texts(asked)),
+            "stops": lambda asked: wheel.stops(_texts(asked)),
             "scene": self.scene,
             "read": read,
             "info": self.info,
             "run": self.run,
+            "runs": lambda asked: {"runs": self._runs.listed()},
             "cancel": self.cancel,
         }
 
@@ -87,6 +89,7 @@ class Answers:
                 "contacts": point.CONTACTS,
                 "constants": point.CONSTANTS,
                 "quantities": point.QUANTITIES,
+                "help": form.meanings([slider.key for slider in point.SLIDERS] + ["film.contact"]),
             },
             **{name: tab.described() for name, tab in TABS.items()},
             "scene": self._start,

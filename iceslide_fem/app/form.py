@@ -19,6 +19,11 @@ from iceslide_fem.scene.fields import default_text, leaves, number_of
 from iceslide_fem.scene.materials import COMPOUNDS
 
 Texts = Mapping[str, str]
+_NO_LIST = r"[^,;.\[\]\"']"
+_DECIMAL_COMMA = re.compile(
+    rf"(\s*[-+\N{{MINUS SIGN}}]?\d*),(\d+(?:[eE][-+]?\d+)?(?:\s*(?![\s\d]){_NO_LIST}+)?\s*)"
+)
+_THOUSANDS = re.compile(r"\s*[-+\N{MINUS SIGN}]?[1-9]\d{0,2},\d{3}(?!\d)")
 
 
 class Slider(NamedTuple):
@@ -69,6 +74,11 @@ def fields() -> list[dict[str, Any]]:
 def keys() -> list[str]:
     """All dotted keys of a scene."""
     return [key for key, _ in leaves(Scene)]
+
+
+def meanings(keys: Sequence[str]) -> dict[str, str]:
+    """What the `keys` of a scene mean."""
+    return {key: field.description or "" for key, field in leaves(Scene) if key in keys}
 
 
 def tables(texts: Texts) -> dict[str, Any]:
@@ -150,8 +160,8 @@ def _number(text: str) -> float | None:
 
 
 def scene_lines(given: Mapping[str, Any]) -> str:
-    """Python code that makes the scene of nested tables."""
-    return f"scene = scene_from_dict(\n{indent(pformat(dict(given), sort_dicts=False), '    ')}\n)"
+    """Python code that makes the scene of nested tables, with `ice` for the package."""
+    return f"scene = ice.load_scene(\n{indent(pformat(dict(given), sort_dicts=False), '    ')}\n)"
 
 
 def _field(key: str, field: Any) -> dict[str, Any]:
@@ -193,10 +203,19 @@ def _toml(value: Any) -> str:
 
 
 def checked_texts(values: Any) -> dict[str, str]:
-    """Validate data of the page as a table of texts. Raises SceneError."""
+    """Data of the page as a table of texts, numbers with a decimal point. Raises SceneError."""
     if not isinstance(values, dict):
         raise SceneError("fields are a table of texts")
     for key, text in values.items():
         if not isinstance(text, str) or len(text) > 10_000:
             raise SceneError(f"{key[:60]} is not a text")
-    return values
+    return {key: with_point(text) for key, text in values.items()}
+
+
+def with_point(text: str) -> str:
+    """A `text` that is a number with a decimal comma, and perhaps a unit, with a decimal point.
+
+    "1,500 Pa" may mean 1500 Pa, and stays for the program to refuse.
+    """
+    match = _DECIMAL_COMMA.fullmatch(text)
+    return text if match is None or _THOUSANDS.match(text) else f"{match[1]}.{match[2]}"

@@ -63,33 +63,25 @@ TOLERANCE = "5e-3"  # of mu(t): below the width of a line
 MAP_SIZE = 21  # values along each side of a map
 MAP_TOLERANCE = 1e-2
 POINT_LINES = """\
-from iceslide_fem.runs.point import point_history
-from iceslide_fem.scene import scene_from_dict
+import iceslide_fem as ice
 
 {scene}
-rows, results = point_history(scene)
-time = [row.time_s for row in rows]
-mu = [row.mu for row in rows]
-print(results["mu_mean"])
+found = ice.run(scene, "results/point", force=True, pictures=False)
+time, mu = found["time_s"], found["mu"]
+print(found.attrs["mu_mean"])
 """
 MAP_LINES = """\
 import numpy as np
 
-from iceslide_fem import point
-from iceslide_fem.film.conditions import ice_model, scene_loading, varied_conditions
-from iceslide_fem.scene import scene_from_dict
+import iceslide_fem as ice
 
 {scene}
-x, y = np.meshgrid(
-    {values_x},  # {x}, SI
-    {values_y},  # {y}, SI
-)
-conditions = varied_conditions(scene, {x}=x.ravel(), {y}=y.ravel())
-loading, water = scene_loading(scene), scene.water.table
-found = point.simulate(
-    conditions, ice_model(scene), {tolerance:g}, loading=loading, water=water
-)
-z = found.{quantity}.reshape(x.shape)
+along = {{
+    "{x}": {values_x},  # SI
+    "{y}": {values_y},
+}}
+found = ice.sweep(scene, along, "results/map", force=True)
+z = found["{quantity}"].transpose("{y}", "{x}")
 """
 
 
@@ -159,12 +151,11 @@ def friction_map(texts: Texts, along: Sequence[str], quantity: str) -> dict[str,
         "along": [x.key, y.key],
         "quantity": QUANTITIES[quantity],
         "python": MAP_LINES.format(
-            scene=scene_lines(tables(given)),
-            x=CONDITIONS[x.key],
-            y=CONDITIONS[y.key],
+            scene=scene_lines(tables(given | {"numerics.tolerance": str(MAP_TOLERANCE)})),
+            x=x.key,
+            y=y.key,
             values_x=_values_in_python(x),
             values_y=_values_in_python(y),
-            tolerance=MAP_TOLERANCE,
             quantity=quantity,
         ),
     }

@@ -73,10 +73,11 @@ class StartedRun:
             self.asked_to_stop = True
             self.process.terminate()
 
-    def progress(self, known: int = 0) -> dict[str, Any]:
+    def progress(self, known: int | None = 0) -> dict[str, Any]:
         """Progress: state, phase, fraction of the duration (0 to 1), last output.
 
-        rows: sliding time (ms) without rests, and mu, of accepted steps from the `known`-th on.
+        rows: sliding time (ms) without rests, and mu, of accepted steps from the `known`-th on;
+        none if it is None.
         """
         rows = self._rows("history.csv")
         code = self.process.poll()
@@ -90,7 +91,7 @@ class StartedRun:
             "phase": "sliding" if rows else self._before_sliding(),
             "share": 1.0 if code == 0 else last,
             "count": len(rows),
-            "rows": [(1e3 * when, mu) for when, mu in rows[known:]],
+            "rows": [] if known is None else [(1e3 * when, mu) for when, mu in rows[known:]],
             "sentence": _sentence(said) if code not in (None, 0) else "",
             "goes_on": code not in (None, 0) and (self.folder / CHECKPOINT).is_file(),
             "report": code is not None and self.report() is not None,
@@ -195,6 +196,11 @@ class Runs:
                 start_new_session=True,  # Ctrl-C goes to the server only
             )
         return StartedRun(scene, out, process, log, begun)
+
+    def listed(self) -> list[dict[str, Any]]:
+        """The number and the progress of every run of this server, without its rows."""
+        started = sorted(self._started.items())
+        return [{"number": number, **run.progress(None)} for number, run in started]
 
     def get(self, number: int) -> StartedRun:
         """The run with this number. Raises SceneError if there is none."""

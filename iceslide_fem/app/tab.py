@@ -53,6 +53,7 @@ class Tab(NamedTuple):
             "choices": self.choices,
             "empty": self.empty,
             "only": self.only,
+            "help": {key: self._meaning(key) for key in self._keys},
         }
 
     def options(self, texts: Texts) -> dict[str, Any]:
@@ -85,11 +86,20 @@ class Tab(NamedTuple):
     def fields_in(self, sentence: str) -> list[str]:
         """Keys of the fields whose option or choice a sentence names, before what is allowed."""
         aliases = {key: str(field.alias) for key, field in self.case.model_fields.items()}
-        keys = [slider.key for slider in self.sliders]
-        keys += [key for key, _ in self.texts] + [key for key, _, _ in self.choices]
-        names = {key: aliases.get(option := key.partition(".")[0], option) for key in keys}
+        names = {key: aliases.get(option := key.partition(".")[0], option) for key in self._keys}
         named = named_in(sentence.partition(";")[0], list(names.values()))
         return [key for key, name in names.items() if name in named]
+
+    @property
+    def _keys(self) -> list[str]:
+        """Keys of all fields."""
+        keys = [slider.key for slider in self.sliders]
+        return keys + [key for key, _ in self.texts] + [key for key, _, _ in self.choices]
+
+    def _meaning(self, key: str) -> str:
+        """What the option of a field means; "" of those of the page's own."""
+        field = self.case.model_fields.get(key.partition(".")[0])
+        return "" if field is None else field.description or ""
 
     def snippets(
         self, options: Mapping[str, Any], case: CommandOptions, shown: str
@@ -98,6 +108,6 @@ class Tab(NamedTuple):
         given = "\n".join(f"    {key}={value!r}," for key, value in options.items())
         return {
             "command": case.as_command(self.name),
-            "python": f"import iceslide_fem\n\nfound = iceslide_fem.{self.name}(\n{given}\n)\n"
+            "python": f"import iceslide_fem as ice\n\nfound = ice.{self.name}(\n{given}\n)\n"
             f"print({shown})\n",
         }

@@ -16,7 +16,10 @@ from iceslide_fem.preprocess.wheel import friction
 from iceslide_fem.preprocess.wheel.case import WheelCase
 from iceslide_fem.preprocess.wheel.friction import Curve
 from iceslide_fem.preprocess.wheel.output import summary
+from iceslide_fem.preprocess.wheel.quarter_car import QuarterCar
+from iceslide_fem.preprocess.wheel.stops import stops_on, table_of_stop
 from iceslide_fem.preprocess.wheel.tread import stiffness_of
+from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene.materials import BAR, COMPOUNDS
 
@@ -29,6 +32,8 @@ SLIPS = ",".join(f"{(i / 20) ** 2:.4g}" for i in range(21))
 EVEN = 5.0  # m, standard deviation of a Gaussian that is uniform over any patch
 STIFFNESS = COMPOUNDS["B"].shear_modulus / 8e-3  # Pa/m, G / H of a slick tread of 8 mm
 OF_BLOCKS = ("pitch", "groove")
+OF_STOPS = ("end_speed", "mass")
+POINTS = 300  # of the history of a stop
 SHAPES = ("even", "gaussian")  # of the pressure along the patch
 STARTS: dict[str, Sequence[float]] = {
     "gaussian": (0.12, 2.0 * BAR, 0.03),
@@ -37,6 +42,7 @@ STARTS: dict[str, Sequence[float]] = {
     "groove": (0.008,),
     "dry_stress": (0.0,),
     "dry_softening": (10.0,),
+    "mass": (QuarterCar().mass,),
 }
 _slider = partial(slider_of, WheelCase, STARTS)
 TAB = Tab(
@@ -57,21 +63,25 @@ TAB = Tab(
         _slider("dry_stress", "dry contact: stress, or 0", "bar", BAR, 0.1, 20.0, zero=True),
         _slider("dry_softening", "dry contact: softens over", "K", 1.0, 0.5, 50.0),
         _slider("dry_residual", "dry contact: 0 above melting by", "K", 1.0, 0.0, 10.0, False),
+        _slider("end_speed", "speed at which a stop ends", "km/h", KMH, 1.0, 100.0),
+        _slider("mass", "mass that the wheel carries", "kg", 1.0, 50.0, 3000.0),
     ),
     texts=(),
     choices=(
         ("shape", "pressure along the patch", SHAPES),
         ("tread", "tread", ("slick", "blocks")),
+        ("abs", "braking to a stop (takes seconds)", ("no", "yes")),
     ),
     only={
         "gaussian.2": ("shape", ("gaussian",)),
         **dict.fromkeys(OF_BLOCKS, ("tread", ("blocks",))),
+        **dict.fromkeys(OF_STOPS, ("abs", ("yes",))),
     },
 )
 
 
 def curves(texts: Texts) -> dict[str, Any]:
-    """All content of the tab. Raises SceneError, SimulationStopped.
+    """All content of the tab but its stops. Raises SceneError, SimulationStopped.
 
     series over the slip ratio: mu; sliding, melting, saturated: fractions of the contact;
     temperature (degC) and film (nm) of sliding contact, None without any; notes: warnings.
@@ -82,6 +92,7 @@ def curves(texts: Texts) -> dict[str, Any]:
     figures = summary(case, read, stiffness_of(case, read.pressure_map), [curve])
     (found,) = figures["curves"]
     points = curve.points
+    shown = "stop_distance_m" if case.abs else "mu"
     return {
         "notes": figures["warnings"],
         "series": {
@@ -99,7 +110,34 @@ def curves(texts: Texts) -> dict[str, Any]:
             "mu_locked": found["locked_mu"],
         },
         "values": TAB.values(case),
-        **TAB.snippets(given, case, "found['mu'].to_series()"),
+        **TAB.snippets(given, case, f"found['{shown}'].to_series()"),
+    }
+
+
+def stops(texts: Texts) -> dict[str, Any]:
+    """The stops of the tab, if its `abs` is yes, by control. Raises SceneError, SimulationStopped.
+
+    distance (m), time (s), deceleration (m/s2) between the speeds `measured` (km/h), and over the
+    way (m) the speed (km/h); ends: first and last speed, km/h.
+    """
+    case = WheelCase.of(options(texts))
+    read = coarse(case)
+    stiffness = stiffness_of(case, read.pressure_map)
+    table = table_of_stop(quick(case), read.pressure_map, stiffness)
+    found = stops_on(case, table, read.pressure_map.load)
+    return {
+        "ends": [case.speed / KMH, case.end_speed / KMH],
+        "measured": [speed / KMH for speed in found.measured],
+        "controls": {
+            name: {
+                "distance": stop.distance,
+                "time": stop.time,
+                "deceleration": found.deceleration(name),
+                "way": _some(stop.history.distance),
+                "speed": _some(stop.history.speed / KMH),
+            }
+            for name, stop in found.by_control.items()
+        },
     }
 
 
@@ -111,13 +149,30 @@ def options(texts: Texts) -> dict[str, Any]:
 
 def computed(case: WheelCase, cells: int = CELLS) -> tuple[ReadFootprint, Curve]:
     """The footprint of a case, as so many `cells` along it, and friction on it."""
+    read = coarse(case, cells)
+    stiffness = stiffness_of(case, read.pressure_map)
+    (curve,) = friction.curves(quick(case), read.pressure_map, stiffness)
+    return read, curve
+
+
+def coarse(case: WheelCase, cells: int = CELLS) -> ReadFootprint:
+    """The footprint of a case, as so many `cells` along it."""
     read = read_source(case)
     line = read.pressure_map
     pixels = line.pressure.reshape(1, cells, -1)
-    coarse = PressureMap(pixels.mean(axis=2), line.dx * pixels.shape[2], line.dy)
-    quick = case.model_copy(update={"tolerance": TOLERANCE})
-    (curve,) = friction.curves(quick, coarse, stiffness_of(case, coarse))
-    return read._replace(pressure_map=coarse), curve
+    mean = PressureMap(pixels.mean(axis=2), line.dx * pixels.shape[2], line.dy)
+    return read._replace(pressure_map=mean)
+
+
+def quick(case: WheelCase) -> WheelCase:
+    """The case with the tolerance of the page."""
+    return case.model_copy(update={"tolerance": TOLERANCE})
+
+
+def _some(column: Array) -> list[float]:
+    """At most `POINTS` values of a column of a history, with its ends."""
+    places = np.linspace(0, len(column) - 1, min(POINTS, len(column))).round().astype(int)
+    return [float(value) for value in np.asarray(column)[places]]
 
 
 def _number(value: float) -> float | None:
