@@ -97,14 +97,27 @@ def test_a_pinned_curve_stays_and_the_address_gives_all_of_it_again(served, open
     wait_drawn(page)
     page.click("#pin")
     page.evaluate(MOVE, ["point-load.speed-slider", 300])
+    default = "mean μ, sliding speed 3 m/s"  # in what it differs from the present curve
+    until(lambda: page.locator(f"#point-numbers dt:text-is('{default}')").count() == 1)
+    before = drawn(page)
+    page.click("#pin")
+    page.evaluate(MOVE, ["point-load.pressure-slider", 600])
+    wait_drawn(page, before)
+    page.locator("#pins input").last.fill("slow & wet")
     page.select_option("#map-y", "ice.temperature")
-    for part in ("pin=", "load.speed", "y=ice"):
+    for part in ("pin=", "pin2=", "slow", "load.speed", "y=ice"):
         until(lambda part=part: part in address(page))
     other = opened(open_page, served, "#" + address(page).partition("#")[2])
-    until(lambda: other.locator("#point-numbers :text('pinned')").count() == 1)
-    for each in ("mean μ", "mean μ, pinned", "melting begins"):
+    until(lambda: other.locator("#pins li").count() == 2)
+    names = [other.locator(f"#{chart} .u-legend").first for chart in ("chart-mu", "chart-film")]
+    until(lambda: all("slow & wet" in each.inner_text() for each in names))
+    first = next(dt for dt in page.locator("#point-numbers dt").all_inner_texts() if "3 m/s" in dt)
+    for each in ("mean μ", "mean μ, slow & wet", first, "melting begins"):
         until(lambda each=each: shown(other, each).split()[0] == shown(page, each).split()[0])
-    assert shown(page, "mean μ") != shown(page, "mean μ, pinned")
+    assert len({shown(page, each) for each in ("mean μ", "mean μ, slow & wet", first)}) == 3
+    other.locator("#pins button").first.click()
+    until(lambda: "pin2=" not in address(other) and "pin=" in address(other))
+    assert "slow & wet" in other.locator("#chart-mu .u-legend").inner_text()
     until(lambda: other.locator("#chart-map").get_attribute("aria-label") is not None)
     assert "ice temperature" in other.locator("#chart-map").get_attribute("aria-label")
 
@@ -131,8 +144,131 @@ def test_wrong_input_marks_its_field_with_the_sentence_of_the_command(served, op
     page.wait_for_selector("[id='point-load.pressure'][aria-invalid=true]")
     fault = page.locator(f"[id='{field.get_attribute('aria-errormessage')}']").inner_text()
     assert fault == ('load.pressure = "300 bar" is out of range; allowed: "0.01 bar" to "100 bar"')
-    field.fill("3 bar")
+    chart, stale = page.locator("#point figure").first, page.locator("#point .stale")
+    assert _opacity(chart) < 0.5 and stale.is_visible()  # a curve of other values
+    field.fill("3,5 bar")
     until(lambda: page.locator("[aria-invalid]").count() == 0)
+    assert _opacity(chart) == 1.0 and not stale.is_visible()
+    until(partial(shows, page, "point", "mean μ", _mean("3.5 bar")))
+
+
+def _opacity(found):
+    return float(found.evaluate("each => getComputedStyle(each).opacity"))
+
+
+def _mean(pressure):
+    texts = {s.key: s.text(s.start) for s in point.SLIDERS if s.key not in point.CONSTANTS}
+    return point.curves(texts | {"load.pressure": pressure})["numbers"]["mu_mean"]
+
+
+def test_back_goes_to_the_tab_before(served, open_page):
+    page = opened(open_page, served)
+    wait_drawn(page)
+    page.fill("[id='point-load.speed']", "2 m/s")
+    page.click("#tab-wheel")  # before the address has the speed
+    wait_drawn(page, count="wheels")
+    page.fill("#wheel-speed", "40 km/h")
+    until(lambda: "speed=40" in address(page))
+    page.click("#tab-scene")
+    for tab in ("Wheel", "Point"):
+        page.go_back()
+        assert page.locator("[role=tab][aria-selected=true]").inner_text() == tab
+    assert page.locator("[id='point-load.speed']").input_value() == "2 m/s"
+    assert "load.speed=2" in address(page)
+    page.go_forward()
+    assert page.locator("#wheel").is_visible()
+    assert page.locator("#wheel-speed").input_value() == "40 km/h"
+    assert "speed=40" in address(page)
+
+
+def test_what_a_field_means_is_shown_by_keyboard_and_said_with_it(served, open_page):
+    page = opened(open_page, served)
+    field, tip = page.locator("[id='point-load.pressure']"), page.locator("#tip")
+    meaning = page.locator(f"[id='{field.get_attribute('aria-describedby')}']").text_content()
+    assert meaning.startswith("Nominal pressure") and tip.is_hidden()
+    page.locator(".field", has=field).locator("button.help").focus()
+    page.keyboard.press("Enter")
+    until(lambda: tip.is_visible())
+    assert tip.inner_text() == meaning
+    page.keyboard.press("Escape")
+    until(lambda: tip.is_hidden())
+    for tab, least in (("line", 10), ("wheel", 10), ("scene", 7)):
+        page.click(f"#tab-{tab}")
+        shown = page.locator(f"#{tab} button.help[title]:not([title='remove']):visible")
+        assert shown.count() >= least, tab
+
+
+def _add(page, key):
+    """Add a key of a scene by its name."""
+    page.fill("#scene-search", key)
+    page.click(f"#scene-keys button:has(b:text-is('{key}'))")
+
+
+def test_a_scene_shows_what_it_sets_and_finds_any_other_key(served, open_page):
+    layers = '[{name = "base", above = "4 mm", C10 = "0.5 MPa"}]'
+    state = {"tab": "scene", "name": "few", "model": "slice", "rubber.compound": "B"}
+    state |= {"load.pressure": "1 bar", "load.speed": "3 m/s", "load.duration": "7 ms"}
+    state |= {"rubber.layers": layers}
+    page = opened(open_page, served, "#" + urlencode(state), meant=REFUSED)
+    keys = "[...document.querySelectorAll('#scene [data-key]')].map((each) => each.dataset.key)"
+    assert set(page.evaluate(keys)) == set(state) - {"tab"}
+    rubber = page.locator("[id='scene-rubber.layers']")
+    assert rubber.input_value() == layers and rubber.evaluate("each => each.tagName") == "TEXTAREA"
+    assert "0.01 bar to 100 bar" in page.locator("#scene .group").nth(2).inner_text()
+    page.fill("#scene-search", "melting point reach")  # words of its meaning
+    until(lambda: "film.dry_residual" in page.locator("#scene-keys").inner_text())
+    _add(page, "ice.temperature")
+    field = page.locator("[id='scene-ice.temperature']")
+    assert field.evaluate("each => each === document.activeElement")
+    field.fill("-7,5 degC")
+    until(lambda: "ice.temperature" in address(page))
+    page.click("[aria-label='Remove rubber.layers']")
+    until(lambda: "can be run" in page.locator("#scene-state").inner_text())
+    tables = _tables(page)
+    assert tables["ice"] == {"temperature": "-7.5 degC"} and "layers" not in tables["rubber"]
+    page.fill("#scene-search", "")
+    _add(page, "film.k")  # an error names keys that are not there
+    page.fill("[id='scene-film.k']", "0.3")
+    page.wait_for_selector("[id='scene-film.D'][aria-invalid=true]")
+
+
+def test_the_wheel_brakes_if_it_is_asked_to(served, open_page):
+    page = opened(open_page, served, "#tab=wheel&speed=20+km/h", meant=REFUSED)
+    wait_drawn(page, count="wheels")
+    assert page.locator("#stops").is_hidden() and page.locator("#wheel-mass").is_hidden()
+    page.select_option("#wheel-abs", "yes")
+    until(lambda: page.locator("#stops-table tbody tr").count() == 3)
+    expected = wheel.stops({"speed": "20 km/h", "abs": "yes", "mass": "350 kg"})["controls"]
+    until(lambda: page.locator("#stops.outdated").count() == 0)
+    rows = page.locator("#stops-table tbody tr").all()
+    for row, stop in zip(rows, expected.values(), strict=True):
+        cells = [float(text) for text in row.locator("td").all_inner_texts()]
+        due = [stop[name] for name in ("distance", "time", "deceleration")]
+        assert np.allclose(cells, due, rtol=6e-3)
+    assert "locked" in page.locator("#chart-stops").get_attribute("aria-label")
+    page.click("#show-toml")
+    assert "--abs" in page.locator("#snippet pre").inner_text()
+    page.click("#snippet-close")
+    page.fill("#wheel-end_speed", "30 km/h")
+    page.wait_for_selector("#wheel-end_speed[aria-invalid=true]")
+    page.select_option("#wheel-abs", "no")
+    until(lambda: page.locator("#stops").is_hidden())
+    until(lambda: page.locator("[aria-invalid]").count() == 0)
+
+
+def test_the_first_chart_is_whole_on_a_phone(served, open_page):
+    page = opened(open_page, served, viewport={"width": 390, "height": 844})
+    for tab, count in (("point", "drawn"), ("line", "lines"), ("wheel", "wheels")):
+        page.click(f"#tab-{tab}")
+        wait_drawn(page, count=count)
+        figure = page.locator(f"#{tab} figure").first.bounding_box()
+        fields = page.locator(f"#{tab} .controls").bounding_box()
+        legend = page.locator(f"#{tab} .u-legend").first.bounding_box()
+        canvas = page.locator(f"#{tab} canvas").first.bounding_box()
+        assert legend["y"] + legend["height"] <= fields["y"] + 1.0, tab
+        for box in (figure, legend, canvas):
+            assert box["x"] >= 0.0 and box["x"] + box["width"] <= 390.0, tab
+        assert page.evaluate("document.documentElement.scrollWidth") <= 390, tab
 
 
 def test_the_page_needs_no_network(served, open_page):
@@ -206,9 +342,7 @@ def test_every_slider_of_the_line_redraws_what_the_library_computes(served, open
 def test_the_address_of_a_scene_gives_all_of_it_again(served, open_page):
     rows = '[["-10 degC", "2.64 mPa*s"], ["0 degC", "1.79 mPa*s"]]'
     page = opened(open_page, served, "#tab=scene")
-    page.evaluate(
-        "document.querySelectorAll('#scene details').forEach((one) => { one.open = true; })"
-    )
+    _add(page, "water.viscosity")
     for key, text in {"name": "linked", "water.viscosity": rows}.items():
         page.fill(f"[id='scene-{key}']", text)
     for part in ("name=linked", "viscosity"):
@@ -216,7 +350,6 @@ def test_the_address_of_a_scene_gives_all_of_it_again(served, open_page):
     wrong = "#" + address(page).partition("#")[2] + "&ice.margin=9+s"
     other = opened(open_page, served, wrong, meant=REFUSED)
     other.wait_for_selector("[id='scene-ice.margin'][aria-invalid=true]")
-    assert other.locator("[id='scene-ice.margin']").is_visible()  # its group is closed at first
     other.fill("[id='scene-ice.margin']", "")
     until(lambda: "can be run" in other.locator("#scene-state").inner_text())
     tables = _tables(other)
@@ -230,7 +363,7 @@ def test_every_slider_of_the_wheel_redraws_what_the_library_computes(served, ope
     page.goto(served.address + "#tab=wheel&shape=gaussian&gaussian.2=25+mm&tread=blocks")
     wait_drawn(page, count="wheels")
     assert asked.count("wheel") == 1  # an address is computed once
-    for slider in wheel.TAB.sliders:
+    for slider in (each for each in wheel.TAB.sliders if each.key not in wheel.OF_STOPS):
         before = drawn(page, "wheels")
         page.evaluate(MOVE, [f"wheel-{slider.key}-slider", 450])
         wait_drawn(page, before, "wheels")
@@ -257,6 +390,7 @@ def test_a_scene_is_checked_run_cancelled_and_run_on(served, open_page):
     page.fill("#scene-name", "a/b")
     page.wait_for_selector("#scene-name[aria-invalid=true]")
     assert page.locator("#run").is_disabled()
+    _add(page, "numerics.refinement")
     for key, text in {
         "name": "seen",
         "load.duration": "2 ms",
@@ -268,11 +402,20 @@ def test_a_scene_is_checked_run_cancelled_and_run_on(served, open_page):
     page.click("#run")
     state = page.locator("#run-state")
     until(lambda: "sliding" in state.inner_text(), 120.0)
+    asked = []
+    page.on("dialog", lambda dialog: (asked.append(dialog.type), dialog.accept()))
+    page.reload()
+    assert asked == ["beforeunload"]  # a run is going
+    until(lambda: page.locator("#runs li:has-text('seen')").count() == 1)
+    until(lambda: state.get_attribute("data-state") == "running")
     page.click("#cancel")
     until(lambda: state.get_attribute("data-state") == "cancelled", 60.0)
-    assert "SIGTERM" in page.locator("#run-error").inner_text()
+    said = page.locator("#run-said")
+    assert "SIGTERM" in said.inner_text() and page.locator(".error:visible").count() == 0
     assert page.locator("#progress").get_attribute("value") != "1"
     page.click("#resume")
+    until(lambda: state.get_attribute("data-state") == "running", 60.0)
+    assert said.is_hidden() and page.locator("#resume").is_hidden()
     until(lambda: state.get_attribute("data-state") == "done", 120.0)
     summary = json.loads((served.folder / "results/seen/summary.json").read_text("utf-8"))
     assert summary["stopped"] is None

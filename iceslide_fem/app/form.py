@@ -65,8 +65,8 @@ class Slider(NamedTuple):
 def fields() -> list[dict[str, Any]]:
     """Data of a field for every key of a scene, in the order of the model.
 
-    key; kind: text, choice or switch; choices; unit; low and high as a user types them; help: what
-    it means; default: shown in an empty field; required.
+    key; kind: text, choice, switch, or list of several lines; choices; unit; low and high as a user
+    types them; help: what it means; default: shown in an empty field; required.
     """
     return [_field(key, field) for key, field in leaves(Scene)]
 
@@ -169,10 +169,12 @@ def _field(key: str, field: Any) -> dict[str, Any]:
     choices = list(COMPOUNDS) if key == "rubber.compound" else []
     if get_origin(field.annotation) is Literal:
         choices = [str(each) for each in get_args(field.annotation)]
-    switch = field.annotation is bool
+    kind = "switch" if field.annotation is bool else "choice" if choices else "text"
+    if quantity is None and re.search(r"tuple|dict|Mapping", str(field.annotation)):
+        kind = "list"
     return {
         "key": key,
-        "kind": "switch" if switch else "choice" if choices else "text",
+        "kind": kind,
         "choices": choices,
         "unit": quantity.unit if quantity else "",
         "low": quantity.low if quantity else "",

@@ -2,10 +2,11 @@
 
 import { ask, latest } from "./api.js";
 import { onColours } from "./charts.js";
-import { element, fill, mark, setTexts, slider, textsIn } from "./controls.js";
+import { element, fill, labelled, mark, setTexts, slider, textField, textsIn } from "./controls.js";
 
-/** The tab `name`: `words` are those of its choices, `draw(answer)` shows what the program has answered. */
-export function makeCaseTab({ name, spec, words, draw, changed }) {
+/** The tab `name`: `words` are those of its choices, `draw(answer)` shows what the program has answered.
+ *  `then(texts, outdated)` shows what takes longer; outdated(): other texts wait. */
+export function makeCaseTab({ name, spec, words, draw, then = () => {}, changed }) {
   const form = document.querySelector(`#${name} form`);
   const fields = form.querySelector(".fields");
   const sliders = {};
@@ -13,21 +14,22 @@ export function makeCaseTab({ name, spec, words, draw, changed }) {
   let begun = false; // an address computes before its tab is shown
 
   function add(control, label) {
-    fields.append(element("div", { class: "field" }, element("label", { for: control.id }, label), control));
+    fields.append(element("div", { class: "field" }, labelled(control.id, label, spec.help[control.dataset.key]), control));
   }
 
   for (const [key, label, choices] of spec.choices) {
-    const select = element("select", { id: `${name}-${key}`, "data-key": key });
+    const id = `${name}-${key}`;
+    const select = element("select", { id, "data-key": key, "aria-describedby": `${id}-help` });
     fill(select, choices.map((choice) => [choice, words[choice] ?? choice]));
     select.addEventListener("change", () => update());
     add(select, label);
   }
   for (const [key, label] of spec.texts) {
-    const input = element("input", { type: "text", id: `${name}-${key}`, "data-key": key, autocomplete: "off", spellcheck: "false" });
+    const input = textField(`${name}-${key}`, key);
     input.addEventListener("input", () => update());
     add(input, label);
   }
-  for (const each of spec.sliders) sliders[each.key] = slider(fields, name, each, () => update());
+  for (const each of spec.sliders) sliders[each.key] = slider(fields, name, each, spec.help[each.key], () => update());
   for (const key of spec.empty) sliders[key].text.value = "";
   const defaults = textsIn(form);
 
@@ -43,7 +45,7 @@ export function makeCaseTab({ name, spec, words, draw, changed }) {
     return found;
   }
 
-  const compute = latest(async (asked, begun) => {
+  const compute = latest(async (asked, begun, outdated) => {
     try {
       const answer = await ask(name, { texts: asked });
       mark(form);
@@ -55,6 +57,7 @@ export function makeCaseTab({ name, spec, words, draw, changed }) {
       document.getElementById(`${name}-time`).textContent = `Drawn in ${Math.round(performance.now() - begun)} ms.`;
       const counts = document.documentElement.dataset;
       counts[`${name}s`] = String(Number(counts[`${name}s`] ?? 0) + 1);
+      if (!outdated()) await then(asked, outdated);
     } catch (error) {
       mark(form, error.message, error.keys ?? []);
     }

@@ -6,7 +6,7 @@ const css = (name) => getComputedStyle(document.documentElement).getPropertyValu
 export let colours = read();
 
 function read() {
-  const names = ["ground", "ink", "quiet", "grid", "melting", "saturated", "c1", "c2", "c3", "c4"];
+  const names = ["ground", "ink", "quiet", "grid", "melting", "saturated", "c1", "c2", "c3", "c4", "p1", "p2", "p3", "p4"];
   return Object.fromEntries(names.map((name) => [name, css(`--${name}`)]));
 }
 
@@ -214,6 +214,12 @@ export function drawMap(id, x, y, z, at, { said, over, click }) {
   div.setAttribute("role", "img");
   div.setAttribute("aria-label", said);
   return { low, high };
+}
+
+/** Take away the chart in the element of that id. */
+export function erase(id) {
+  charts.get(id)?.plot.destroy();
+  charts.delete(id);
 }
 
 /** Put the cross of a map elsewhere. */

@@ -14,6 +14,29 @@ export function fill(select, choices) {
   select.replaceChildren(...choices.map(([value, text]) => element("option", { value }, text)));
 }
 
+/** The name of the field `id`, with a button that shows its `help`; the field is described by it, too. */
+export function labelled(id, text, help = "") {
+  const name = element("span", { class: "name" }, element("label", { for: id }, text));
+  if (!help) return name;
+  const meaning = help.replaceAll("`", "");
+  const button = element("button", { type: "button", class: "help", title: meaning, "aria-label": `What ${text} means` }, "?");
+  const tip = document.getElementById("tip");
+  button.popoverTargetElement = tip;
+  button.addEventListener("click", () => {
+    tip.textContent = meaning;
+    tip.ontoggle = ({ newState }) => newState === "open" && place(tip, button.getBoundingClientRect());
+  });
+  name.append(button, element("span", { id: `${id}-help`, hidden: true }, meaning));
+  return name;
+}
+
+/** Put a tip below a box, or above it where the window ends. */
+function place(tip, box) {
+  const below = box.bottom + tip.offsetHeight + 8 < innerHeight;
+  tip.style.left = `${Math.max(8, Math.min(box.left, innerWidth - tip.offsetWidth - 8))}px`;
+  tip.style.top = `${below ? box.bottom + 4 : Math.max(8, box.top - tip.offsetHeight - 4)}px`;
+}
+
 const STEPS = 1000;
 
 function position(spec, value) {
@@ -41,13 +64,13 @@ export function textOf(spec, value) {
 export const fixed = (value, digits = 3) => (value === null || value === undefined ? "–" : Number(value.toPrecision(digits)).toString());
 
 /** A field with a slider in `parent`; `changed()` is called when either is moved. */
-export function slider(parent, prefix, spec, changed) {
+export function slider(parent, prefix, spec, help, changed) {
   const id = `${prefix}-${spec.key}`;
-  const text = element("input", { type: "text", id, "data-key": spec.key, autocomplete: "off", spellcheck: "false" });
+  const text = textField(id, spec.key);
   const range = element("input", {
     type: "range", min: 0, max: STEPS, step: 1, id: `${id}-slider`, "aria-label": `${spec.label}, slider`,
   });
-  parent.append(element("div", { class: "field slider" }, element("label", { for: id }, spec.label), text, range));
+  parent.append(element("div", { class: "field slider" }, labelled(id, spec.label, help), text, range));
   const tell = () => range.setAttribute("aria-valuetext", text.value || "not given");
   text.value = spec.text;
   range.value = position(spec, spec.start);
@@ -79,6 +102,13 @@ export function slider(parent, prefix, spec, changed) {
   };
 }
 
+/** A field of one line for the text of a `key`. */
+export function textField(id, key, more = {}) {
+  return element("input", {
+    type: "text", id, "data-key": key, autocomplete: "off", spellcheck: "false", "aria-describedby": `${id}-help`, ...more,
+  });
+}
+
 /** Texts of all fields in `form`, by key. */
 export function textsIn(form) {
   const texts = {};
@@ -86,8 +116,8 @@ export function textsIn(form) {
   return texts;
 }
 
-/** Put `texts` into the fields of `form`; those that it has not are emptied if `empty`. */
-export function setTexts(form, texts, empty = false) {
+/** Put `texts` into the fields of `form`. */
+export function setTexts(form, texts) {
   for (const field of form.querySelectorAll("[data-key]")) {
     const text = texts[field.dataset.key];
     if (text !== undefined) {
@@ -95,13 +125,14 @@ export function setTexts(form, texts, empty = false) {
         field.add(new Option(text, text)); // for the program to refuse
       }
       field.value = text;
-    } else if (empty) field.value = "";
+    }
   }
 }
 
-/** Mark the fields of `keys` and say the sentence; without one, take marks and sentence away. */
+/** Mark the fields of `keys`, say the sentence and dim the curves, which are of other values; without one, take all of it away. */
 export function mark(form, sentence = "", keys = []) {
   for (const old of form.querySelectorAll(".fault")) old.remove();
+  form.closest("section").classList.toggle("outdated", sentence !== "");
   const general = form.querySelector(".error");
   general.hidden = !sentence;
   general.textContent = sentence;
@@ -115,7 +146,6 @@ export function mark(form, sentence = "", keys = []) {
     const fault = element("p", { class: "fault", id: `${field.id}-fault` }, sentence);
     field.setAttribute("aria-invalid", "true");
     field.setAttribute("aria-errormessage", fault.id);
-    field.closest("details")?.setAttribute("open", "");
     field.parentElement.append(fault);
     general.hidden = true;
   }

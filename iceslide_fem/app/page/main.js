@@ -10,12 +10,20 @@ const NAMES = ["point", "line", "wheel", "scene"];
 const NO_SCENES = ["line", "wheel"]; // of which a command gives what a file does of the others
 const tabs = {};
 let shown = "point";
-let written = "";
+let timer;
 
 function say(text) {
   const said = document.getElementById("said");
   said.textContent = text;
   setTimeout(() => (said.textContent = ""), 3000);
+}
+
+/** Go to a tab, as a new entry of the browser's history: Back comes back to the present one. */
+function go(name) {
+  if (name === shown) return;
+  write();
+  history.pushState(null, "", location.href);
+  show(name);
 }
 
 function show(name) {
@@ -32,23 +40,23 @@ function show(name) {
   write();
 }
 
+const hashOf = (name) => `#${new URLSearchParams({ tab: name, ...tabs[name].state() })}`;
+
 /** The state of the tab that is shown, into the address. */
 function write() {
-  const state = new URLSearchParams({ tab: shown, ...tabs[shown].state() });
-  written = `#${state}`;
-  history.replaceState(null, "", written);
+  clearTimeout(timer);
+  history.replaceState(null, "", hashOf(shown));
 }
 
-/** Take the state from the address. */
-function read(hash) {
+/** Take the state from the address; a tab that has it is left as it is. */
+function read(hash, first = false) {
   const state = Object.fromEntries(new URLSearchParams(hash.replace(/^#/, "")));
   const name = NAMES.includes(state.tab) ? state.tab : "point";
   delete state.tab;
-  tabs[name].restore(state);
+  if (first || hash !== hashOf(name)) tabs[name].restore(state);
   show(name);
 }
 
-let timer;
 function changed() {
   clearTimeout(timer);
   timer = setTimeout(write, 150);
@@ -103,7 +111,7 @@ document.querySelector("[role=tablist]").addEventListener("keydown", (event) => 
   const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
   if (!step) return;
   const name = NAMES[(NAMES.indexOf(shown) + step + NAMES.length) % NAMES.length];
-  show(name);
+  go(name);
   document.getElementById(`tab-${name}`).focus();
 });
 for (const form of document.forms) form.addEventListener("submit", (event) => event.preventDefault());
@@ -114,8 +122,11 @@ tabs.point = makePoint(page);
 tabs.line = makeLine(page);
 tabs.wheel = makeWheel(page);
 tabs.scene = makeScene(page);
-for (const name of NAMES) document.getElementById(`tab-${name}`).addEventListener("click", () => show(name));
-addEventListener("hashchange", () => location.hash !== written && read(location.hash));
+for (const name of NAMES) document.getElementById(`tab-${name}`).addEventListener("click", () => go(name));
+addEventListener("popstate", () => {
+  clearTimeout(timer);
+  read(location.hash);
+});
 const scene = Object.keys(start.scene).length > 0;
-read(location.hash || (start.link ? `#${start.link}` : scene ? "#tab=scene" : "#tab=point"));
+read(location.hash || (start.link ? `#${start.link}` : scene ? "#tab=scene" : "#tab=point"), true);
 document.documentElement.dataset.ready = "true";

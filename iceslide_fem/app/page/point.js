@@ -2,8 +2,10 @@
 
 import { ask, latest, settled } from "./api.js";
 import { SCALE, band, colours, curve, draw, drawMap as paintMap, moveCross, onColours, short } from "./charts.js";
-import { fill, fixed, mark, notes, numbers, setTexts, slider, textOf, textsIn } from "./controls.js";
+import { fill, fixed, labelled, mark, notes, numbers, setTexts, slider, textOf, textsIn } from "./controls.js";
+import { makePins } from "./pins.js";
 
+const CONTACTS = { "compound B": "the table of compound B", constants: "the three sliders", table: "a table of your own" };
 const ms = (seconds) => (seconds === null ? "does not happen" : `${fixed(1e3 * seconds)} ms`);
 
 export function makePoint({ start, changed, snippet }) {
@@ -14,17 +16,19 @@ export function makePoint({ start, changed, snippet }) {
   const quantity = document.getElementById("map-quantity");
   const sliders = {};
   let now = null; // what is drawn: texts, answer, half, milliseconds
-  let pin = null; // texts and answer
   let map = null;
+  let begun = false; // an address computes before its tab is shown
+  const pins = makePins({
+    list: document.getElementById("pins"), button: document.getElementById("pin"), named: different,
+    changed: () => (redraw(), changed()),
+  });
 
-  fill(contact, [
-    ["compound B", "the table of compound B"],
-    ["constants", "the three sliders"],
-    ["table", "a table of your own"],
-  ]);
+  fill(contact, Object.entries(CONTACTS));
+  document.querySelector("#point-table label").replaceWith(
+    labelled("point-film.contact", "table (CSV file on this machine)", spec.help["film.contact"]));
   fill(quantity, Object.entries(spec.quantities));
   for (const each of spec.sliders) {
-    sliders[each.key] = slider(form.querySelector(".sliders"), "point", each, () => update());
+    sliders[each.key] = slider(form.querySelector(".sliders"), "point", each, spec.help[each.key], () => update());
   }
   const defaults = { ...textsIn(form), quantity: "mu_mean", x: "load.pressure", y: "load.speed" };
   for (const key of Object.keys(start.scene)) {
@@ -60,6 +64,13 @@ export function makePoint({ start, changed, snippet }) {
     document.getElementById("point-table").hidden = contact.value !== "table";
     for (const key of spec.constants) sliders[key].enable(contact.value === "constants");
     choices();
+  }
+
+  /** In what some texts differ from those of the present curve. */
+  function different(other) {
+    const name = (key) => sliders[key]?.spec.label.split(",")[0] ?? "";
+    const keys = Object.keys({ ...now.texts, ...other }).filter((key) => other[key] !== undefined && other[key] !== now.texts[key]);
+    return keys.map((key) => `${name(key)} ${CONTACTS[other[key]] ?? other[key]}`.trim()).join(", ") || "pinned";
   }
 
   const compute = latest(async (asked, begun, outdated) => {
@@ -100,6 +111,7 @@ export function makePoint({ start, changed, snippet }) {
   }), 120);
 
   function update() {
+    begun = true;
     arrange();
     compute(texts(), performance.now());
     changed();
@@ -114,10 +126,6 @@ export function makePoint({ start, changed, snippet }) {
     return shapes;
   }
 
-  const pinned = (name) => {
-    const old = pin?.answer.series;
-    return old ? [curve("pinned", old.time, old[name], colours.c4, "dash")] : [];
-  };
   const x = "t (ms)";
 
   function redraw() {
@@ -129,15 +137,16 @@ export function makePoint({ start, changed, snippet }) {
   function drawCurves() {
     const { series } = now.answer;
     const shapes = shades();
+    pins.refresh();
     drawCompared(shapes);
     draw("chart-film", [
       curve("h", series.time, series.film, colours.c1),
       curve("squeezed out", series.time.slice(1), series.squeezed.slice(1), colours.c3),
-      ...pinned("film"),
+      ...pins.curves("film"),
     ], { x, shapes, log: true, said: `Film height over time, from ${fixed(series.film[0])} to ${fixed(series.film.at(-1))} nm` });
     draw("chart-temperature", [
       curve("surface", series.time, series.temperature, colours.c1),
-      ...pinned("temperature"),
+      ...pins.curves("temperature"),
     ], { x, shapes, said: `Temperature of the ice surface over time, from ${fixed(series.temperature[0])} to ${fixed(series.temperature.at(-1))} degrees Celsius` });
     notes(document.getElementById("point-notes"), now.answer.notes);
   }
@@ -151,7 +160,7 @@ export function makePoint({ start, changed, snippet }) {
     draw("chart-mu", [
       curve("conduction resolved", series.time, series.mu, colours.c1),
       ...(half ? [curve("closed form (5.6)", half.time, half.mu, colours.c2, "dot")] : []),
-      ...pinned("mu"),
+      ...pins.curves("mu"),
     ], { x, shapes, said: `Friction over time: ${said}` });
     draw("chart-flux", [
       curve("friction", series.middle, series.friction_flux, colours.c4),
@@ -168,7 +177,7 @@ export function makePoint({ start, changed, snippet }) {
       ["μ at the end", fixed(found.mu_end)],
       ["melting begins", ms(found.melt_onset_s)],
       ["saturated", ms(found.saturation_s)],
-      ...(pin ? [["mean μ, pinned", fixed(pin.answer.numbers.mu_mean)]] : []),
+      ...pins.numbers().map(([name, { mu_mean: mean }]) => [`mean μ, ${name}`, fixed(mean)]),
     ]);
   }
 
@@ -204,19 +213,7 @@ export function makePoint({ start, changed, snippet }) {
     document.getElementById("map-scale").style.background = SCALE;
   }
 
-  document.getElementById("pin").addEventListener("click", () => {
-    if (!now) return;
-    pin = { texts: now.texts, answer: now.answer };
-    document.getElementById("unpin").disabled = false;
-    redraw();
-    changed();
-  });
-  document.getElementById("unpin").addEventListener("click", () => {
-    pin = null;
-    document.getElementById("unpin").disabled = true;
-    redraw();
-    changed();
-  });
+  document.getElementById("pin").addEventListener("click", () => now && pins.pin(now.texts, now.answer));
   document.getElementById("point-reset").addEventListener("click", () => restore({}));
   document.getElementById("map-python").addEventListener("click", () => {
     if (map) snippet("Lines of Python of the map", "map.py", map.python);
@@ -227,8 +224,7 @@ export function makePoint({ start, changed, snippet }) {
   function state() {
     const all = { ...texts(), quantity: quantity.value, x: along[0].value, y: along[1].value };
     const kept = Object.entries(all).filter(([key, text]) => text !== defaults[key]);
-    const pinned = pin ? [["pin", new URLSearchParams(pin.texts).toString()]] : [];
-    return Object.fromEntries([...kept, ...pinned]);
+    return { ...Object.fromEntries(kept), ...pins.state() };
   }
 
   function restore(found) {
@@ -238,23 +234,17 @@ export function makePoint({ start, changed, snippet }) {
     }
     arrange();
     for (const [number, name] of ["x", "y"].entries()) along[number].value = found[name] ?? defaults[name];
-    pin = null;
-    document.getElementById("unpin").disabled = true;
-    if (found.pin) {
-      const pinned = Object.fromEntries(new URLSearchParams(found.pin));
-      ask("point", { texts: pinned }).then((answer) => {
-        pin = { texts: pinned, answer };
-        document.getElementById("unpin").disabled = false;
-        redraw();
-      }, () => {});
-    }
+    pins.restore(found);
     update();
   }
 
   return {
-    state, restore, redraw,
+    state, restore,
+    redraw() {
+      if (begun) redraw();
+      else update();
+    },
     toml: () => now?.answer.toml,
     python: () => now?.answer.python,
-    get now() { return now; },
   };
 }

@@ -1,66 +1,124 @@
-// A scene: its fields checked as they are typed, its info, its runs.
+// A scene: the keys that it sets, checked as they are typed, a search for others, and its info.
 
 import { ask, latest, settled } from "./api.js";
-import { colours, curve, draw, onColours } from "./charts.js";
-import { element, fill, mark, notes, setTexts, textsIn } from "./controls.js";
+import { element, fill, labelled, mark, notes, setTexts, textField, textsIn } from "./controls.js";
+import { makeRuns } from "./runs.js";
 
 const FIRST = {
   name: "my_block", model: "slice", "rubber.compound": "B", "load.pressure": "1 bar",
   "load.speed": "3 m/s", "load.duration": "7 ms", "numerics.tolerance": "1e-2",
 };
-const STATES = {
-  running: "under way", stopping: "stopping: the step that is under way is finished and kept",
-  done: "done", cancelled: "cancelled", failed: "could not go on",
-};
+const MOST = 10; // keys that a search shows
 
 export function makeScene({ start, changed, save }) {
-  const form = document.querySelector("#scene form");
-  const state = document.getElementById("scene-state");
   const get = (id) => document.getElementById(id);
+  const form = document.querySelector("#scene form");
+  const state = get("scene-state");
+  const known = new Map(start.fields.map((field, place) => [field.key, { ...field, place }]));
+  const groups = new Map();
   let answer = null;
-  let run = null; // number, EventSource, times and frictions
+  let begun = false;
 
-  const tables = new Map();
-  for (const field of start.fields) {
-    const [table, name] = field.key.includes(".") ? field.key.split(".") : ["scene", field.key];
-    if (!tables.has(table)) {
-      const group = element("details", { class: "group", "data-table": table }, element("summary", {}, table));
-      tables.set(table, group);
-      form.querySelector(".fields").append(group);
+  const rowOf = (key) => get(`scene-${key}`)?.closest(".field");
+
+  /** The field of a key, and if need be its table, at their places. */
+  function add(key, text = "") {
+    if (rowOf(key)) return;
+    const [table, name] = key.includes(".") ? key.split(/\.(.*)/) : ["scene", key];
+    const field = known.get(key) ?? { key, kind: "text", help: "", place: known.size }; // for the program to refuse
+    if (!groups.has(table)) {
+      groups.set(table, element("fieldset", { class: "group", "data-place": field.place }, element("legend", {}, table)));
+      insert(form.querySelector(".fields"), groups.get(table));
     }
-    tables.get(table).append(control(field, name));
+    insert(groups.get(table), control(field, name, text));
   }
 
-  function control(field, name) {
+  function insert(parent, made) {
+    const later = [...parent.children].find((each) => Number(each.dataset.place) > Number(made.dataset.place));
+    parent.insertBefore(made, later ?? null);
+  }
+
+  function control(field, name, text) {
     const id = `scene-${field.key}`;
-    const described = `${id}-hint`;
-    const range = field.low ? `${field.low} to ${field.high}` : "";
-    const usual = field.required ? "needed" : field.default ? `else ${field.default}` : "";
-    const hint = [range, usual].filter(Boolean).join("; ");
-    const common = { id, "data-key": field.key, "aria-describedby": described };
     let input;
-    if (field.kind === "text") {
-      input = element("input", { type: "text", ...common, placeholder: field.default, autocomplete: "off", spellcheck: "false" });
-    } else {
+    if (field.kind === "choice" || field.kind === "switch") {
+      input = element("select", { id, "data-key": field.key, "aria-describedby": `${id}-help` });
       const choices = field.kind === "switch" ? ["true", "false"] : field.choices;
-      input = element("select", common);
       fill(input, [["", field.default ? `${field.default} (unless chosen)` : "–"], ...choices.map((choice) => [choice, choice])]);
+    } else if (field.kind === "list" || text.startsWith("[") || text.startsWith("{")) {
+      input = element("textarea", { id, "data-key": field.key, rows: 3, spellcheck: "false", "aria-describedby": `${id}-help` });
+    } else {
+      input = textField(id, field.key, { placeholder: field.default });
     }
     input.addEventListener("input", () => update());
-    return element("div", { class: "field" },
-      element("label", { for: id, title: field.help }, name.replaceAll("_", " ")), input,
-      element("span", { class: "hint", id: described, title: field.help }, hint));
+    const title = labelled(id, name.replaceAll("_", " "), field.help);
+    if (!field.required) {
+      const remove = element("button", { type: "button", class: "help", "aria-label": `Remove ${field.key}`, title: "remove" }, "×");
+      remove.addEventListener("click", () => (take(field.key), update()));
+      title.append(remove);
+    }
+    const range = field.low ? ` ${field.low} to ${field.high}.` : "";
+    const usual = field.default ? ` Else ${field.default}.` : "";
+    return element("div", { class: "field", "data-place": field.place }, title, input,
+      element("span", { class: "hint" }, first(field.help), range, usual));
   }
 
-  /** Open the tables of which something is given. */
-  function open() {
-    for (const group of form.querySelectorAll("details")) {
-      const given = [...group.querySelectorAll("[data-key]")].some((field) => field.value.trim());
-      group.open = given || group.dataset.table === "scene";
-    }
+  /** The first sentence of a meaning. */
+  const first = (help) => help.replaceAll("`", "").match(/^.*?[^.]{3}\.(?= [A-Z]|$)/)?.[0] ?? help.replaceAll("`", "");
+
+  function take(key) {
+    const group = rowOf(key).parentElement;
+    rowOf(key).remove();
+    if (group.querySelector(".field")) return;
+    group.remove();
+    groups.delete(group.firstChild.textContent);
+  }
+
+  /** Show the keys of `found` and those that every scene needs, with these texts. */
+  function put(found) {
+    form.querySelector(".fields").replaceChildren();
+    groups.clear();
+    const given = Object.entries(found).filter(([, text]) => text.trim());
+    for (const [key, text] of given) add(key, text);
+    for (const { key, required } of known.values()) if (required) add(key);
+    setTexts(form, Object.fromEntries(given));
+  }
+
+  /** Keys with all words of the search in their names and meanings, those with them in the name first. */
+  function search() {
+    const words = get("scene-search").value.toLowerCase().split(/[\s_.]+/).filter(Boolean);
+    const has = (text) => words.every((word) => text.toLowerCase().includes(word));
+    const free = words.length ? [...known.values()].filter(({ key }) => !rowOf(key)) : [];
+    const named = free.filter(({ key }) => has(key));
+    const found = [...named, ...free.filter((field) => !named.includes(field) && has(`${field.key} ${field.help}`))];
+    get("scene-keys").replaceChildren(...found.slice(0, MOST).map((field) => {
+      const button = element("button", { type: "button" }, element("b", {}, field.key), ` ${first(field.help)}`);
+      button.addEventListener("click", () => choose(field.key));
+      return element("li", {}, button);
+    }));
+    const count = found.length > MOST ? `${MOST} of ${found.length} keys: more words find fewer.` : `${found.length || "no"} other keys`;
+    get("scene-found").textContent = words.length ? count : `There are ${known.size} keys; "dry", "pressure" or "mesh" finds some.`;
+  }
+
+  function choose(key) {
+    add(key);
+    get("scene-search").value = "";
+    search();
+    get(`scene-${key}`).focus();
   }
 
   const texts = () => Object.fromEntries(Object.entries(textsIn(form)).filter(([, text]) => text.trim()));
+
+  /** Mark the fields that an error is about, also those that were not shown. */
+  function refused({ message, keys = [] }) {
+    for (const key of keys) if (known.has(key)) add(key);
+    mark(form, message, keys);
+  }
+
+  const runs = makeRuns({
+    texts, ready: () => answer !== null,
+    refused: (error) => error.keys?.length && refused(error),
+  });
 
   const check = latest(async (outdated) => {
     const asked = texts();
@@ -72,11 +130,12 @@ export function makeScene({ start, changed, save }) {
       get("run-folder").textContent = answer.folder;
     } catch (error) {
       answer = null;
-      mark(form, error.message, error.keys ?? []);
+      refused(error);
       state.textContent = "This is no scene yet.";
       notes(get("scene-notes"), []);
     }
-    buttons();
+    get("scene-save").disabled = answer === null;
+    runs.buttons();
     document.documentElement.dataset.checked = JSON.stringify(asked);
     if (answer && !outdated()) describe();
     else if (!answer) get("info").hidden = true;
@@ -99,116 +158,39 @@ export function makeScene({ start, changed, save }) {
   }), 400);
 
   function update() {
+    begun = true;
     check();
     changed();
   }
 
-  function buttons() {
-    const running = run !== null && !run.ended;
-    get("run").disabled = running || answer === null;
-    get("cancel").disabled = !running;
-    for (const id of ["scene-save"]) get(id).disabled = answer === null;
-  }
-
-  async function begin(resume) {
-    get("run-error").hidden = true;
-    get("progress-of-run").hidden = false;
-    get("report").hidden = true;
-    get("resume").hidden = true;
-    try {
-      const asked = texts();
-      const { number } = await ask("run", { texts: asked, force: get("force").checked, resume });
-      run = { number, time: [], mu: [], ended: false, texts: asked };
-      follow();
-    } catch (error) {
-      failed(error.message);
-      mark(form, error.message, error.keys ?? []);
-    }
-    buttons();
-  }
-
-  function failed(sentence) {
-    get("run-error").textContent = sentence;
-    get("run-error").hidden = !sentence;
-  }
-
-  function follow() {
-    const mine = run;
-    const source = new EventSource(`api/runs/${mine.number}/news`);
-    source.addEventListener("open", () => (mine.time = mine.mu = [])); // all rows come again
-    source.addEventListener("message", ({ data }) => {
-      const news = JSON.parse(data);
-      const rows = news.rows ?? [];
-      mine.time = [...mine.time, ...rows.map((row) => row[0])];
-      mine.mu = [...mine.mu, ...rows.map((row) => row[1])];
-      show(mine, news);
-      if (!["running", "stopping"].includes(news.state)) {
-        source.close();
-        mine.ended = true;
-        buttons();
-      }
-    });
-  }
-
-  function show(mine, news) {
-    const percent = Math.round(100 * (news.share ?? 0));
-    get("progress").value = news.share ?? 0;
-    const mu = mine.mu.length ? `, μ ${Number(mine.mu.at(-1).toPrecision(3))}` : "";
-    const phase = news.state === "running" ? ` (${news.phase})` : "";
-    get("run-state").textContent = `${news.name}: ${STATES[news.state] ?? news.state}${phase}, ${percent} %${mu}`;
-    get("run-state").dataset.state = news.state;
-    failed(news.sentence);
-    get("resume").hidden = !news.goes_on;
-    redraw();
-    if (news.report && get("report").hidden) {
-      const address = `runs/${mine.number}/report`;
-      get("report-link").href = address;
-      get("report-frame").src = address;
-      get("report").hidden = false;
-    }
-  }
-
-  function redraw() {
-    if (!run || run.time.length < 2) return;
-    draw("chart-run", [curve("mu", run.time, run.mu, colours.c1)], {
-      x: "t (ms)", said: `Friction of the run so far: ${run.mu.length} steps`,
-    });
-  }
-
-  get("run").addEventListener("click", () => begin(false));
-  get("resume").addEventListener("click", () => begin(true));
-  get("cancel").addEventListener("click", () => run && ask("cancel", { number: run.number }));
+  get("scene-search").addEventListener("input", search);
+  get("scene-search").addEventListener("keydown", (event) => {
+    if (event.key === "Enter") get("scene-keys").querySelector("button")?.click();
+  });
   get("scene-save").addEventListener("click", () => answer && save(`${texts().name}.toml`, answer.toml));
   get("scene-file").addEventListener("change", async ({ target }) => {
     const [file] = target.files;
     if (!file) return;
     try {
-      const found = await ask("read", { text: await file.text() });
-      setTexts(form, found.texts, true);
-      open();
+      put((await ask("read", { text: await file.text() })).texts);
       update();
     } catch (error) {
-      mark(form, error.message, error.keys ?? []);
+      refused(error);
     }
     target.value = "";
   });
-  onColours(redraw);
 
-  setTexts(form, Object.keys(start.scene).length ? start.scene : FIRST, true);
-  let begun = false;
+  put(Object.keys(start.scene).length ? start.scene : FIRST);
+  search();
   return {
     state: texts,
     restore(found) {
-      begun = true;
-      if (Object.keys(found).length) setTexts(form, found, true);
-      open();
+      if (Object.keys(found).length) put(found);
       update();
     },
     redraw() {
-      if (!begun) open();
       if (!begun) update();
-      begun = true;
-      redraw();
+      runs.redraw();
     },
     toml: () => answer?.toml,
     python: () => answer?.python,
