@@ -423,6 +423,25 @@ def test_a_scene_is_checked_run_cancelled_and_run_on(served, open_page):
     until(lambda: page.locator("#report").is_visible())
     report = page.locator("#report-frame").get_attribute("src")
     assert served.get(f"{served.root}/{report}")[0] == 200
+    page.fill("[id='scene-load.duration']", "3 ms")
+    page.wait_for_selector("#run:enabled")
+    page.click("#run")
+    until(lambda: "--force" in said.inner_text())  # the folder holds another run
+    assert page.locator("#report").is_hidden() and page.locator("#progress-of-run").is_hidden()
+    page.check("#force")
+    page.click("#run")
+    until(lambda: "sliding" in state.inner_text(), 120.0)
+    page.uncheck("#force")
+    for _ in range(2):  # what was cancelled makes place
+        assert said.is_hidden() and page.locator(".error:visible").count() == 0
+        page.click("#cancel")
+        until(lambda: state.get_attribute("data-state") == "cancelled", 60.0)
+        assert page.locator(".error:visible").count() == 0
+        page.click("#run")
+        until(lambda: state.get_attribute("data-state") == "running")
+        until(lambda: "sliding" in state.inner_text(), 120.0)
+    page.click("#cancel")
+    until(lambda: state.get_attribute("data-state") == "cancelled", 60.0)
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

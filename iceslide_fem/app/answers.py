@@ -129,7 +129,7 @@ class Answers:
         number = asked.get("number")
         if not isinstance(number, int):
             raise SceneError("the number of a run is missing")
-        self._runs.get(number).stop()
+        self._runs.get(number).cancel()
         return {}
 
 

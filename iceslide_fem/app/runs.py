@@ -55,7 +55,7 @@ class StartedRun:
     """A run of `scene` in `folder`, with the output of its process in `log`.
 
     begun: system time of its start, s, to distinguish its files from older ones; watchers: number
-    of pages that follow it, and the time since there are none.
+    of pages that follow it, and the time since there are none; given_up: a user has cancelled it.
     """
 
     scene: Scene
@@ -66,6 +66,12 @@ class StartedRun:
     watchers: int = 0
     unwatched_since: float = field(default_factory=time.monotonic)
     asked_to_stop: bool = False
+    given_up: bool = False
+
+    def cancel(self) -> None:
+        """Stop, so that another run may replace what it leaves."""
+        self.given_up = True
+        self.stop()
 
     def stop(self) -> None:
         """Request a stop; a second request ends it immediately."""
@@ -155,7 +161,7 @@ class Runs:
         return self._base / scene.name
 
     def start(self, scene: Scene, force: bool, resume: bool) -> int:
-        """Start or continue `scene`; returns its number.
+        """Start or continue `scene`; returns its number. It replaces a run that was given up.
 
         Raises SceneError if its folder is not writable, or if too many runs are active.
         """
@@ -171,6 +177,8 @@ class Runs:
             if resume:
                 check_writable(out)
             else:
+                before = [run for run in self._started.values() if run.folder == out]
+                force = force or (bool(before) and before[-1].given_up)
                 same = partial(other_results, resolved(scene))
                 check_folder(out, same, force, scene.files.values())
             number = len(self._started) + 1

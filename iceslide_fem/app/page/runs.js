@@ -26,10 +26,18 @@ export function makeRuns({ texts, ready, refused }) {
   function clear() {
     shown = null;
     say("");
-    for (const id of ["progress-of-run", "report", "resume"]) get(id).hidden = true;
+    for (const id of ["progress-of-run", "report"]) get(id).hidden = true;
+    offer(false);
+    for (const run of runs.values()) list(run);
     get("progress").value = 0;
     get("report-frame")?.remove();
     erase("chart-run");
+  }
+
+  /** Offer to go on with the run that is shown. */
+  function offer(on) {
+    get("resume").hidden = !on;
+    get("run").textContent = on ? "Run from the start" : "Run";
   }
 
   function say(sentence, isError = false) {
@@ -59,7 +67,8 @@ export function makeRuns({ texts, ready, refused }) {
     run.stop = element("button", { type: "button" }, "Cancel");
     look.addEventListener("click", () => show(number));
     run.stop.addEventListener("click", () => cancel(number));
-    get("runs").append(element("li", {}, run.words, look, run.stop));
+    run.row = element("li", {}, run.words, look, run.stop);
+    get("runs").append(run.row);
     runs.set(number, run);
     list(run);
     const source = new EventSource(`api/runs/${number}/news`);
@@ -84,11 +93,13 @@ export function makeRuns({ texts, ready, refused }) {
   function list(run) {
     run.words.textContent = words(run);
     run.stop.hidden = !going(run);
+    run.row.hidden = run === shown; // it is shown below
   }
 
   function show(number) {
     clear();
     shown = runs.get(number);
+    list(shown);
     tell();
   }
 
@@ -100,7 +111,7 @@ export function makeRuns({ texts, ready, refused }) {
     get("run-state").textContent = words(shown);
     get("run-state").dataset.state = news.state;
     say(news.sentence ?? "", news.state === "failed");
-    get("resume").hidden = !news.goes_on;
+    offer(news.goes_on);
     redraw();
     buttons();
     if (!news.report || !get("report").hidden) return;
