@@ -150,6 +150,31 @@ def test_cells_of_the_upper_half_keep_their_volume_on_average(cells):
     assert energies[0] - energies[1] == pytest.approx(velocity_error, rel=1e-9)
 
 
+def test_tetrahedra_of_the_upper_half_keep_their_volume_at_one_point():
+    """On any number of ranks."""
+    block = a_block("tetrahedron", 4)
+    rubber = HyperelasticBody(block, B)
+    touching, _ = compat.facet_cell_pairs(block.mesh, rubber.facets("contact"))
+    middles = compat.cell_midpoints(block.mesh)[: len(rubber.kinds), 2]
+    split = middles > 0.5 * SIZE
+    split[touching] = False
+    np.testing.assert_array_equal(rubber.kinds == SPLIT, split)
+    # displaced along z by a z^2: J - 1 = 2 a z, of which one point takes the mean of a cell
+    a, z = 0.1 / SIZE, rubber.space.tabulate_dof_coordinates()[:, 2]
+    rubber.displacements[:, 2] = a * z**2
+    change, rule = ufl.det(ufl.Identity(3) + ufl.grad(rubber.u)) - 1.0, {"quadrature_degree": 5}
+    whole = energy_density(ufl.grad(rubber.u), B) * rubber.dx(metadata=rule)
+    split_volume = change**2 / B.D1 * rubber.dx(SPLIT, metadata=rule)
+    comm = block.mesh.comm
+    exact, locked = (
+        compat.assemble_scalar(compat.form(one), comm) for one in (whole, split_volume)
+    )
+    own = ((2.0 * a * middles[split]) ** 2).sum() * SIZE**3 / (6 * 4**3) / B.D1
+    once = comm.allreduce(own)
+    assert rubber.elastic_energy() - exact == pytest.approx(once - locked, rel=1e-6)
+    assert once < locked
+
+
 def test_inverted_elements_give_no_finite_forces():
     rubber = HyperelasticBody(a_block("quadrilateral", 2), B)
     assert not np.isfinite(uniform(rubber, np.diag([1.0, -0.5]))).all()

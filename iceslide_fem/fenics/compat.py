@@ -278,6 +278,11 @@ def cell_measure(mesh: Any, kinds: IntArray) -> Any:
     return ufl.Measure("dx", domain=mesh, subdomain_data=tags)
 
 
+def measured_cell(measure: Any) -> str:
+    """Name of the cells of a `cell_measure`."""
+    return str(measure.ufl_domain().ufl_cell()).split()[0]
+
+
 def open_xdmf(path: Path, in_hdf5: bool) -> Any:
     """The XDMF file of mesh and tags at `path` for this rank; in_hdf5: where its numbers are."""
     encodings = io.XDMFFile.Encoding

@@ -17,10 +17,10 @@ from iceslide_fem.scene.materials import MooneyRivlin
 
 # The displacement is quadratic. Cells that may touch something, and cells in the lower half of the
 # block, integrate the whole energy at 3 x 3 x 3 points. This prevents crushed corners. The other
-# cells integrate the volumetric part at 2 x 2 x 2 points, because cells at the plate lock with more
-# (see docs/explanation/rubber.md).
+# cells integrate the volumetric part at 2 x 2 x 2 points, tetrahedra at one, because cells at the
+# plate lock with more (see docs/explanation/rubber.md).
 DEGREE = 2
-QUADRATURE_DEGREE, VOLUME_DEGREE = 5, 3
+QUADRATURE_DEGREE, VOLUME_DEGREE = 5, {"quadrilateral": 3, "hexahedron": 3, "tetrahedron": 1}
 WHOLE, SPLIT = 1, 2  # subdomains of the measure: full and selective integration
 # Rows and columns of the six components of a symmetric tensor, in VTK's order. In a slice the axes
 # are x, z and the normal of the plane.
@@ -71,7 +71,8 @@ def stored_energy(u: Any, material: MooneyRivlin, dx: Any) -> Any:
 
 def integrated(isochoric: Any, volumetric: Any, dx: Any) -> Any:
     """Integral of both parts of an energy density (J/m3), each with its quadrature."""
-    whole, volume = ({"quadrature_degree": one} for one in (QUADRATURE_DEGREE, VOLUME_DEGREE))
+    fewer = VOLUME_DEGREE.get(compat.measured_cell(dx), QUADRATURE_DEGREE)
+    whole, volume = ({"quadrature_degree": one} for one in (QUADRATURE_DEGREE, fewer))
     together = (isochoric + volumetric) * dx(WHOLE, metadata=whole)
     apart = isochoric * dx(SPLIT, metadata=whole)
     return together + apart + volumetric * dx(SPLIT, metadata=volume)
@@ -89,13 +90,13 @@ def kinds_of_cells(block: DistributedMesh) -> NDArray[np.int32]:
     """WHOLE or SPLIT of every cell that this rank owns, (n,). Collective.
 
     WHOLE cells are those with a facet that may touch ice or another wall, those in the lower half
-    of the block, and all simplices.
+    of the block, and all triangles.
     """
     mesh, tags = block.mesh, block.facet_tags
     z = compat.cell_midpoints(mesh)[:, mesh.geometry.dim - 1]
     top = mesh.geometry.x[:, mesh.geometry.dim - 1].max(initial=0.0)
     split = z > (CONTACT_HEIGHT + ROUNDING) * mesh.comm.allreduce(float(top), op=MPI.MAX)
-    split &= compat.cell_name(mesh) in ("quadrilateral", "hexahedron")
+    split &= compat.cell_name(mesh) in VOLUME_DEGREE
     meeting = [block.tags[name] for name in ("contact", "walls") if name in block.tags]
     facets = tags.indices[np.isin(tags.values, meeting)]
     split[compat.facet_cell_pairs(mesh, facets)[0]] = False

@@ -122,8 +122,9 @@ class Gradients:
 class CellPoints(Gradients):
     """Stress and energy at the same reference points of several cells.
 
-    In cells with reduced volumetric integration, the pressure is the linear function through its
-    values at these quadrature points. J oscillates between them without resistance.
+    In cells with reduced volumetric integration, the pressure is the linear function (in tetrahedra
+    the constant) through its values at these quadrature points. J oscillates between them without
+    resistance.
     """
 
     def __init__(self, rubber: HyperelasticBody, cells: NDArray[np.int_], points: Array) -> None:
@@ -135,11 +136,12 @@ class CellPoints(Gradients):
         if not self._split.any():
             return
         name = compat.cell_name(rubber.mesh)
-        kept = compat.quadrature(name, VOLUME_DEGREE)[0]
+        kept = compat.quadrature(name, VOLUME_DEGREE[name])[0]
         linear = compat.basix_lagrange(name, 1)
         here, there = (np.array(linear.tabulate(0, x))[0, ..., 0] for x in (points, kept))
         self._kept = Gradients(rubber, cells[self._split], kept)
-        self._between = np.linalg.solve(there.T, here.T)  # (points where it is kept, q)
+        # (points where it is kept, q); of one point a constant
+        self._between = np.linalg.lstsq(there.T, here.T, rcond=None)[0]
 
     def stress_and_energy(self, u: Array, fallen: Array | None = None) -> Array:
         """The six components of the Cauchy stress (Pa) and the energy density (J/m3), (c, q, 7).
