@@ -20,7 +20,7 @@ pytestmark = pytest.mark.quick
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "docs"
 PAGES = [*sorted(ROOT.glob("*.md")), *sorted(DOCS.rglob("*.md"))]
-MOST_WORDS = 30_000  # outside what is generated
+MOST_WORDS = 31_500  # outside what is generated
 
 
 def reference():
@@ -188,8 +188,7 @@ def test_messages_name_pages_by_their_titles():
     pages = (page.read_text(encoding="utf-8") for page in DOCS.rglob("*.md"))
     titles = {title for text in pages for title in re.findall(r"^# (.+)$", text, re.MULTILINE)}
     said = list(messages())
-    with_paths = {module for module, text in said if "docs/" in text}
-    assert with_paths <= {"scene/rules.py", "postprocess/report/of_run.py"}
+    assert not [module for module, text in said if "docs/" in text]
     cited = {title for _, text in said for title in re.findall(r'\bpage "([^"]+)"', text)}
     assert len(cited) > 5 and cited <= titles
 

@@ -10,7 +10,7 @@ from scipy.integrate import quad, trapezoid
 
 from iceslide_fem.film.conditions import conditions_at
 from iceslide_fem.film.hysteresis import Hysteresis, hysteresis_of
-from iceslide_fem.laws.film import film_law
+from iceslide_fem.laws.film_of_scene import film_law
 from iceslide_fem.relaxation.prony import Prony, Relaxation
 from iceslide_fem.relaxation.shift import Shift
 from iceslide_fem.runtime.errors import SceneError

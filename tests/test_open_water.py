@@ -15,7 +15,7 @@ from iceslide_fem.interface.film_frame import ContactLoads  # noqa: E402
 from iceslide_fem.interface.ice_columns import GridColumns  # noqa: E402
 from iceslide_fem.interface.on_ice import OnIce  # noqa: E402
 from iceslide_fem.interface.surface_grid import SurfaceGrid  # noqa: E402
-from iceslide_fem.laws.film import film_law  # noqa: E402
+from iceslide_fem.laws.film_of_scene import film_law  # noqa: E402
 from iceslide_fem.output.history import slide_row  # noqa: E402
 from iceslide_fem.scene import scene_from_dict  # noqa: E402
 from iceslide_fem.scene.materials import ICE, MELTING_ENTHALPY, MELTING_TEMPERATURE  # noqa: E402

@@ -594,3 +594,19 @@ def test_what_another_run_changes_is_a_command_that_makes_it(tmp_path):
     assert exit_code("run", tmp_path / "a.toml", *words[3:-1], tmp_path / "again") == 0
     found = [read_run(tmp_path / name).summary["mu_mean"] for name in ("b", "again")]
     assert found[0] == found[1]
+
+
+def test_a_run_on_a_drawn_block_shows_its_mesh(tmp_path):
+    write_run(tmp_path, "slice")
+    summary = json.loads((tmp_path / "summary.json").read_text())
+    assert "mesh" not in [section.name for section in page_of([tmp_path]).sections]
+    mesh = Path(__file__).parent.parent / "meshes" / "siped_block.msh"
+    rubber = {"compound": "B", "mesh": str(mesh)}
+    scene = scene_from_dict({**summary["scene"], "rubber": rubber}).as_dict()
+    write_summary(tmp_path / "summary.json", summary | {"scene": scene})
+    text = report([tmp_path]).read_text("utf-8")
+    assert "drawn in siped_block.msh" in text and 'src="data:image/png;base64,' in text
+    page = Parsed(text)
+    assert "mesh" in page.sections and all(
+        link.startswith(("#", "data:")) for link in page.references
+    )

@@ -25,7 +25,7 @@ from iceslide_fem.coupling.relaxing import Elastic  # noqa: E402
 from iceslide_fem.coupling.step_error import LIMITS, StepError, StepRejected  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.point import Conditions, simulate  # noqa: E402
-from iceslide_fem.laws.film import default_ramp  # noqa: E402
+from iceslide_fem.laws.film_of_scene import default_ramp  # noqa: E402
 from iceslide_fem.output.history import slide_row  # noqa: E402
 from iceslide_fem.rubber.block import build_block  # noqa: E402
 from iceslide_fem.runs.pace import Pace  # noqa: E402

@@ -245,7 +245,7 @@ def test_a_chart_says_how_many_of_the_curves_it_shows(tmp_path):
     charts = charts_of_sweep(run_sweep(point_plan(*varied), tmp_path, None))
     (chart,) = charts["mu_by_ice.temperature"]
     assert len(chart.curves) == 12 and chart.says.endswith("12 of 14 combinations are drawn")
-    assert [chart.curves[end].name for end in (0, -1)] == ["speed 1", "speed 5"]
+    assert [chart.curves[end].name for end in (0, -1)] == ["speed 1 m/s", "speed 5 m/s"]
     mu, height, onset = charts["map_load.speed_ice.temperature"]
     assert np.shape(mu.values) == np.shape(onset.values) == (3, 14)
     assert list(mu.places[1]) == pytest.approx([-15.0, -8.0, -1.0])

@@ -14,9 +14,9 @@ from typing import NamedTuple
 import numpy as np
 
 from iceslide_fem.film.carrying import Carried
-from iceslide_fem.film.contact_age import CONTACT_AREA, AnyContact, ContactAge, contact_age
+from iceslide_fem.film.contact_age import CONTACT_AREA, AnyContact, ContactAge
 from iceslide_fem.film.first_films import films_of
-from iceslide_fem.film.hysteresis import Hysteresis, hysteresis_of
+from iceslide_fem.film.hysteresis import Hysteresis
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.film.law import log_shearing
 from iceslide_fem.film.limiting_shear import (
@@ -26,20 +26,13 @@ from iceslide_fem.film.limiting_shear import (
 )
 from iceslide_fem.film.loads import MOLTEN, FilmLoads, film_loads, viscosity_row
 from iceslide_fem.film.phase import Refreeze
-from iceslide_fem.film.shear_strength import SLOWEST, shear_strength
-from iceslide_fem.film.strength_over_speed import shearing_height, speed_law
+from iceslide_fem.film.shear_strength import SLOWEST
 from iceslide_fem.film.viscosity import FILM_VISCOSITY, VariableViscosity
-from iceslide_fem.film.voids import Voids, WetVoids, lugs_of
+from iceslide_fem.film.voids import WetVoids
 from iceslide_fem.laws.protocol import Sheared
 from iceslide_fem.runtime.arrays import Array, Mask
-from iceslide_fem.scene import Scene
-from iceslide_fem.scene.contact_table import ContactTable
 from iceslide_fem.scene.materials import MELTING_TEMPERATURE, WATER_VISCOSITY
 
-# Shear fades in up to this fraction of the nominal pressure. It fades in more slowly if its slope
-# with pressure would exceed this friction coefficient: points that touch and lift under a
-# coefficient of hundreds have several equilibria.
-RAMP_SHARE, STEEPEST_RAMP = 0.05, 10.0
 NOTHING = 1e-15  # m, capacity of voids whose water does not move: they are full
 YOUNG = np.zeros((0, 1))  # history of a contact that does not age
 
@@ -382,54 +375,3 @@ class FilmLaw:
         """Fade-in factor of the shear at a pressure (Pa), and its derivative, 1/Pa."""
         x = pressure / self.ramp_pressure
         return np.clip(x, 0.0, 1.0), np.where((x > 0.0) & (x < 1.0), 1.0 / self.ramp_pressure, 0.0)
-
-
-def film_law(scene: Scene) -> FilmLaw:
-    """The film law of the scene, with its components."""
-    strength, table, speeds = shear_strength(scene), scene.water.table, scene.load.speeds
-    contact, limit, wet = scene.contact_parameters, None, None
-    height = scene.initial_height
-    if strength is not None:
-        freezes = scene.refreeze != "nothing"
-        rate = speed_law(scene)
-        limit = LimitingShear.of(strength, scene.viscosity, speeds.largest, freezes, rate)
-        height = shearing_height(scene, speeds.largest)
-    passes = scene.model == "point" and scene.ice.motion == "sliding"
-    if scene.film.voids == "carry":
-        assert isinstance(contact, ContactTable)  # by the scene's validation
-        lugs = lugs_of(scene.rubber, wide=scene.model != "block")
-        wet = WetVoids(Voids(contact, lugs.longest), lugs, scene.ice.water_at)
-    return FilmLaw(
-        contact,
-        scene.load.pressures.first if scene.film.pressure == "nominal" else None,
-        scene.numerics.shear_ramp_pressure or default_ramp(scene, height),
-        scene.viscosity,
-        First(
-            scene.ice.temperature,
-            scene.rubber_temperature,
-            speeds.first,
-            scene.initial_height,
-            scene.ice.melting_temperature,
-        ),
-        None if table is None else VariableViscosity(table, scene.viscosity),
-        limit,
-        contact_age(scene),
-        wet,
-        scene.refreeze,
-        scene.water_speed if passes else 1.0,
-        hysteresis_of(scene),
-    )
-
-
-def default_ramp(scene: Scene, height: float) -> float:
-    """Pressure (Pa) over which shear fades in, at most the nominal pressure.
-
-    It follows from the initial shear k eta v / h with the initial `height` h (m). For loads that
-    change in time it uses the least pressure and the largest speed.
-    """
-    if not height:
-        return scene.load.pressures.smallest
-    pressure, speed = scene.load.pressures.smallest, scene.load.speeds.largest
-    k = float(scene.contact_parameters(pressure).k)
-    shear = k * scene.viscosity * speed / height
-    return min(max(RAMP_SHARE * pressure, shear / STEEPEST_RAMP), pressure)

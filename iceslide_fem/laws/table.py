@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from iceslide_fem.laws.coulomb import Coulomb, check_weakening
-from iceslide_fem.laws.film import film_law
+from iceslide_fem.laws.film_of_scene import film_law
 from iceslide_fem.laws.protocol import InterfaceLaw, Law
 from iceslide_fem.laws.user_law import UserLaw
 from iceslide_fem.runtime.errors import SceneError

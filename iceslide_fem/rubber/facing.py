@@ -242,6 +242,8 @@ class FacingWalls:
             definite = np.linalg.det(curved) > 0.1 * np.linalg.det(metric)
             definite &= np.trace(curved, axis1=1, axis2=2) > 0.0
             hessian = restricted(np.where(definite[:, None, None], curved, metric), ways)
+            # a trial of Newton's method may fold a facet to a line
+            hessian[np.linalg.det(hessian) == 0.0] = np.eye(sides)
             step = np.linalg.solve(hessian, ways @ descent[..., None])[..., 0]
             following = self._within(place + step)
             moved = np.abs(following - place).max(initial=0.0)

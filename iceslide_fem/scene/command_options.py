@@ -20,8 +20,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.runtime.units import ZERO_CELSIUS, to_si
-from iceslide_fem.scene.fields import leaves, number_of, number_text, quantity_of
+from iceslide_fem.scene.fields import leaves, number_of, number_text, quantity_of, typed
 from iceslide_fem.scene.messages import first_sentence
 from iceslide_fem.scene.model import Scene, scene_from_dict
 from iceslide_fem.scene.nested import put
@@ -255,9 +254,8 @@ class CommandOptions(BaseModel):
             elif value is True:
                 words.append(label)
             else:
-                quantity = _quantity(field)
-                degrees = quantity is not None and quantity.low.endswith("degC")
-                texts = [_degrees(value)] if degrees else _as_typed(value)
+                one = isinstance(value, float)
+                texts = [typed(value, _quantity(field))] if one else _as_typed(value)
                 words += [f"{label} {shlex.quote(text)}" for text in texts]
         return " \\\n    ".join([first, *words])
 
@@ -268,9 +266,9 @@ def _as_typed(value: Any) -> list[str]:
         return [f"{key}={_as_typed(each)[0]}" for key, each in value.items()]
     if isinstance(value, tuple) and not hasattr(value, "_fields"):
         nested = value and isinstance(value[0], tuple)
-        parts = (":".join(map(_number, part)) for part in value) if nested else map(_number, value)
+        parts = (":".join(map(typed, part)) for part in value) if nested else map(typed, value)
         return [",".join(parts)]
-    return [_number(value)]
+    return [typed(value)]
 
 
 def _quantity(field: FieldInfo) -> Quantity | None:
@@ -278,15 +276,3 @@ def _quantity(field: FieldInfo) -> Quantity | None:
     extra: Any = field.json_schema_extra or {}
     keys = extra.get("keys", ())
     return number_of(OF_SCENES[keys[0]]) if len(keys) == 1 else number_of(field)
-
-
-def _degrees(kelvin: float) -> str:
-    """A temperature (K) in degrees Celsius, if that reads back as the same value."""
-    text = f"{kelvin - ZERO_CELSIUS:.10g}degC"
-    return text if to_si(text, "K") == kelvin else _number(kelvin)
-
-
-def _number(value: Any) -> str:
-    """A value as a text that reads back as the same value."""
-    short = f"{value:g}" if isinstance(value, float) else str(value)
-    return short if not isinstance(value, float) or float(short) == value else repr(value)

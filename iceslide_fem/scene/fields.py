@@ -12,9 +12,17 @@ from typing import Any, get_args
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from iceslide_fem.runtime.units import celsius, readable
+from iceslide_fem.runtime.units import ZERO_CELSIUS, celsius, readable, to_si
 from iceslide_fem.scene.rows import RowsOf
 from iceslide_fem.scene.units import Quantity
+
+# Units that users type, with their number in one of SI.
+TYPED = {
+    "Pa": {"Pa": 1.0, "bar": 1e-5, "MPa": 1e-6},
+    "m": {"m": 1.0, "mm": 1e3, "um": 1e6, "nm": 1e9},
+    "s": {"s": 1.0, "ms": 1e3, "us": 1e6},
+    "m/s": {"m/s": 1.0, "km/h": 3.6},
+}
 
 
 def leaves(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, FieldInfo]]:
@@ -55,6 +63,23 @@ def number_text(value: float, quantity: Quantity | None, digits: int = 3) -> str
     if quantity.low.endswith("degC"):
         return celsius(value)
     return with_unit(value, quantity.unit, digits)
+
+
+def typed(value: Any, quantity: Quantity | None = None) -> str:
+    """The shortest text that a user would type for `value`, and that reads back as the same."""
+    if not isinstance(value, float):
+        return str(value)
+    short = f"{value:g}"
+    plain = short if float(short) == value else repr(value)
+    if quantity is None or not quantity.unit:
+        return plain
+    if quantity.low.endswith("degC"):
+        texts = [f"{value - ZERO_CELSIUS:.10g}degC"]
+    else:
+        units = TYPED.get(quantity.unit, {quantity.unit: 1.0})
+        texts = [f"{value * scale:.10g}{unit}" for unit, scale in units.items()]
+    same = (text for text in texts if to_si(text, quantity.unit) == value)
+    return min(same, key=len, default=plain)
 
 
 def default_text(field: FieldInfo) -> str:

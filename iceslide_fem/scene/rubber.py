@@ -168,7 +168,9 @@ class Rubber(Compound):
         0.0, "Gaps between faces up to this width are closed."
     )
     step_cells: Literal["auto", "hexahedra", "tetrahedra"] = key(
-        "auto", "Cells of a block: hexahedra if the solid is a sweep across the slide."
+        "auto",
+        "Cells of a block: hexahedra if the solid is a sweep across the slide, or if its faces are "
+        "flat or upright; else tetrahedra.",
     )
 
     @property

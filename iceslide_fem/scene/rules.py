@@ -222,7 +222,7 @@ RULES = (
     Rule((DRY, EXPLICIT), "the stress follows the temperature that it makes", IMPLICIT),
     Rule((SOFTENS, BLOCKS, Is("rubber.inertia", (False,))),
          "dry friction that weakens by its own heat has no motion without inertia "
-         "(docs/explanation/dry.md)",
+         '(page "Dry contact, from dry to wet")',
          'rubber.inertia = true, model = "point", or a dry_stress that is the same at every '
          "temperature"),
     Rule((HALF_SPACE, WARM_RUBBER), "the closed form gives the ice a flux that does not depend on "

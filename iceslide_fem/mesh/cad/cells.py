@@ -20,6 +20,7 @@ from iceslide_fem.mesh.shape import BlockShape
 from iceslide_fem.runtime.arrays import Array
 
 ROUND = 24  # cells of a full circle in a section
+ROUND_SWEPT = 8  # and in the end of a sweep, whose contact points are on the CAD, too
 SAMPLING = 100  # points of an edge from which distances count
 SAME = 1e-5  # of the height: mirrored areas and centroids
 _OF_TETRAHEDRA = {"Mesh.Algorithm": 6, "Mesh.Algorithm3D": 10, "Mesh.Optimize": 1}
@@ -112,10 +113,16 @@ def hexahedra(low: Array, high: Array, refinement: float) -> Meshed:
     occ.extrude(ends, 0.0, far, 0.0, [1] * len(layers), layers.tolist(), recombine=True)
     occ.synchronize()
     corners = [point for _, point in gmsh.model.getBoundary(ends, oriented=False, recursive=True)]
-    grade_cells("PointsList", corners, cells[-1], reach, QUADRILATERALS)
+    options = {**QUADRILATERALS, "Mesh.MeshSizeFromCurvature": ROUND_SWEPT}
+    grade_cells("PointsList", corners, cells[-1], reach, options)
     for end in ends:
         gmsh.model.mesh.setRecombine(*end)
-    gmsh.model.mesh.generate(3)
+    try:
+        gmsh.model.mesh.generate(3)
+    except Exception:  # sizes jump at round edges: a curve has an odd number of cells
+        gmsh.model.mesh.clear()
+        gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", 0)
+        gmsh.model.mesh.generate(3)
     return collected("hexahedron", symmetric, 1.0 / stretch)
 
 

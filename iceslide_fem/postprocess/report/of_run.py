@@ -116,7 +116,7 @@ def of_error() -> Text:
         "Numerical: numerics.tolerance times the value, the error that steps and layers were "
         "chosen for; iceslide ladder measures that of the mesh. Model: the sum of what this model "
         "leaves out, as estimated before the run. Inputs: the uncertainty of k, D, H_V, the ice's "
-        "temperature and the film law itself is in neither (docs/validation/field.md)."
+        'temperature and the film law itself is in neither (page "Against measurements").'
     )
 
 

@@ -142,11 +142,12 @@ def spread(values: Sequence[Any], most: int) -> list[Any]:
 
 def words(data: xr.Dataset, at: Mapping[str, int]) -> str:
     """The values of a case or of some keys of it, in short."""
-    return ", ".join(
-        f"{quantity_of(key).title} {value_of(data, key, index)}"
-        for key, index in at.items()
-        if data.sizes[key] > 1
-    )
+    said = []
+    for key, index in at.items():
+        if data.sizes[key] > 1:
+            look = quantity_of(key)
+            said.append(f"{look.title} {value_of(data, key, index)} {look.unit}".strip())
+    return ", ".join(said)
 
 
 def value_of(data: xr.Dataset, key: str, index: int) -> str:

@@ -19,6 +19,8 @@ from iceslide_fem.postprocess.report.page import (
     Text,
 )
 from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.scene import Scene
+from iceslide_fem.scene.fields import leaves, number_of, typed
 from iceslide_fem.workflow.sweep.plan import SCENE
 from iceslide_fem.workflow.sweep.plots import (
     charts_of_sweep,
@@ -152,8 +154,9 @@ def _versions(table: pd.DataFrame) -> list[Table]:
 def _command(data: xr.Dataset, keys: list[str]) -> str:
     files = [data.attrs.get("name") or "SCENE"]
     words = []
+    quantities = {name: number_of(field) for name, field in leaves(Scene)}
     for key in keys:
-        values = [str(value) for value in data[key].values.tolist()]
+        values = [typed(value, quantities.get(key)) for value in data[key].values.tolist()]
         if key == SCENE:
             files = values
         elif any(data[other].dims == (key,) for other in data.coords if other != key):
