@@ -41,7 +41,7 @@ WHEELS: dict[str, Texts] = {
 MOVED: list[tuple[str, Texts, Sequence[Slider], str]] = [
     ("point", {"contact": "constants"}, point.SLIDERS, "drawn"),
     ("wheel", {}, [s for s in wheel.TAB.sliders if s.key not in wheel.TAB.only], "wheels"),
-    ("wheel", BLOCKS, wheel.TAB.sliders, "wheels"),
+    ("wheel", BLOCKS, [s for s in wheel.TAB.sliders if s.key not in wheel.OF_STOPS], "wheels"),
 ]
 
 
