@@ -76,9 +76,9 @@ def keys() -> list[str]:
     return [key for key, _ in leaves(Scene)]
 
 
-def meanings(keys: Sequence[str]) -> dict[str, str]:
-    """What the `keys` of a scene mean."""
-    return {key: field.description or "" for key, field in leaves(Scene) if key in keys}
+def meanings(of: Sequence[str]) -> dict[str, str]:
+    """What some keys of a scene mean."""
+    return {key: field.description or "" for key, field in leaves(Scene) if key in of}
 
 
 def tables(texts: Texts) -> dict[str, Any]:
