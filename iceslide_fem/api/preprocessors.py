@@ -213,7 +213,9 @@ def done_by(
 
 
 def as_text(value: Any) -> Any:
-    """A list as a text with commas, as options take it; a path as its text."""
+    """A list as a text with commas, as options take it; a path as its text, several as they are."""
+    if isinstance(value, tuple) and value and all(isinstance(part, Path) for part in value):
+        return value
     if isinstance(value, list | tuple | np.ndarray):
         return ",".join(str(part) for part in value)
     return str(value) if isinstance(value, Path) else value

@@ -13,7 +13,7 @@ def report(folder: Path | str, *others: Path | str, out: Path | str | None = Non
     """Write one page about what is in the folders, as `iceslide report`; returns its path.
 
     A folder is what a run, a sweep or a preprocessor wrote; several are compared with the first.
-    `out` is `report.html` in a single folder, else `results/comparison.html`, if it is not given.
+    `out` is `report.html` in a single folder, else `results/A_against_B.html`, if it is not given.
 
     Raises `SceneError` with one sentence where there is nothing to report, `OutputError` where the
     page cannot be written.

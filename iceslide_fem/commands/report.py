@@ -30,7 +30,7 @@ def report(
         Path | None,
         typer.Option(
             metavar="FILE.html",
-            help="Where to write; else DIR/report.html, of several results/comparison.html.",
+            help="Where to write; else DIR/report.html, of several results/A_against_B.html.",
             show_default=False,
         ),
     ] = None,

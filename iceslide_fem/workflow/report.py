@@ -22,11 +22,12 @@ FILE = "report.html"
 def report(folders: Sequence[Path], out: Path | None = None) -> Path:
     """Write the page about the results in the folders; returns its path.
 
-    Without `out` it is report.html in a single folder, else results/comparison.html. Raises
-    SceneError if there is nothing to report, OutputError if the page cannot be written.
+    Without `out` it is report.html in a single folder, else a file in results with the names of
+    the first two. Raises SceneError if there is nothing to report, OutputError if the page cannot
+    be written.
     """
     if out is None:
-        out = folders[0] / FILE if len(folders) == 1 else Path("results") / "comparison.html"
+        out = folders[0] / FILE if len(folders) == 1 else Path("results") / _named(folders)
     elif out.suffix.lower() not in (".html", ".htm"):
         raise SceneError(f"--out {out} is no page: give a file that ends in .html")
     check_writable(out.parent)
@@ -34,6 +35,13 @@ def report(folders: Sequence[Path], out: Path | None = None) -> Path:
     with writing(out):
         out.parent.mkdir(parents=True, exist_ok=True)
     return write_page(out, page)
+
+
+def _named(folders: Sequence[Path]) -> str:
+    """Name of the page about several results."""
+    first, second, *others = (folder.absolute().name for folder in folders)
+    more = f"_and_{len(others)}_more" if others else ""
+    return f"{first}_against_{second}{more}.html"
 
 
 def page_of(folders: Sequence[Path]) -> Page:

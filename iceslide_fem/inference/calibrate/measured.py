@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import NamedTuple
 
@@ -28,6 +29,7 @@ SIGMA = Wanted("sigma_mu", "", ("std_mu", "mu_std"))
 SERIES = "series"
 OF_SERIES = (Wanted("time", "s", ("t",)), MU)
 LARGEST = 10.0  # mu
+_WITH_UNIT = re.compile(r"[+-]?\d[\d.]* ?(?:[a-zA-Z°%][\w/°]*)")  # a cell such as 0.5 m/s
 NOISE = 0.05  # standard deviation of mu over mu where neither data nor user say one
 
 
@@ -99,6 +101,11 @@ def read_measured(
 def _friction(table: TextTable, found: dict[str, Array], scene: Scene) -> Array:
     """mu of the rows, from mu or from forces on the scene's nominal area."""
     if ("mu" in found) == ("friction_force" in found):
+        if not found and (cell := _WITH_UNIT.search(table.lines[0].text)):
+            table.refuse(
+                f'has "{cell[0]}" in line {table.lines[0].number}; allowed: plain numbers, with '
+                "the unit in the heading, as in speed (m/s)"
+            )
         what = "both of" if "mu" in found else "neither of"
         table.refuse(f"has {what} mu and friction_force_N; allowed: one of them, or {SERIES}")
     mu = found.get("mu")

@@ -84,7 +84,7 @@ def _pages(figures: Mapping[str, Any]) -> list[Section]:
 
 def _row(condition: str, name: str, one: Mapping[str, Any]) -> list[str]:
     def part(key: str, of: str) -> str:
-        return "exact" if one[key] is None else f"± {100 * one[key] / one[of]:.2g} %"
+        return "not asked" if one[key] is None else f"± {100 * one[key] / one[of]:.2g} %"
 
     if one["ratio"] is None:
         return [condition, name, "not computed", "", "", "", ""]

@@ -72,6 +72,8 @@ class Slopes(NamedTuple):
 
     def band_of_ratio(self, one: int) -> Array:
         """That of the ratio to the reference, whose shared inputs are the same, (conditions,)."""
+        if one == 0:
+            return np.zeros(self.values.shape[1])
         return np.asarray(BAND * np.linalg.norm(self._of_ratio(one), axis=-1))
 
     def most_of_ratio(self, one: int) -> str:
@@ -115,5 +117,9 @@ def _moved(scene: Scene, key: str, text: str) -> tuple[float, float]:
             raise SceneError(f'--input {key}="{text}" is of no known form; allowed: ~5%')
         return factor.sides
     if number_at(scene, key) is None and not text[:1].isdigit():
-        raise SceneError(f"{key} is no number in this scene")
+        raise SceneError(
+            f"{key} has no value in {scene.name}; allowed: a key with a number in every scene, as "
+            "film.k_scale, ice.temperature or load.pressure (rubber.C10 is one where the scene has "
+            "constants in place of rubber.compound)"
+        )
     return read_distribution(scene, key, text).sides

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -87,6 +88,7 @@ def figures(case: CompareCase, found: Comparison) -> dict[str, Any]:
     """The content of compare.json."""
     warnings = [f"{len(found.values.failures)} computations failed: {found.values.failures[0]}"
                 ] if found.values.failures else []  # fmt: skip
+    warnings += _grouped(found.values.doubts)
     rules: list[str] = []
     value = found.values.fine[case.quantity]
     ideal = found.values.fine.get("deceleration_ideal", value)
@@ -117,6 +119,19 @@ def figures(case: CompareCase, found: Comparison) -> dict[str, Any]:
         "runs": _runs(case),
         "warnings": warnings,
     }
+
+
+def _grouped(doubts: Sequence[tuple[str, str]]) -> list[str]:
+    """Warnings that differ in numbers only as one, with the names that have them."""
+    kinds: dict[str, dict[str, str]] = {}
+    for name, doubt in doubts:
+        kinds.setdefault(re.sub(r"[\d.]+", "#", doubt), {})[name] = doubt
+    said = []
+    for by_name in kinds.values():
+        first, *others = by_name
+        more = f" and {len(others)} more" if others else ""
+        said.append(f"{first}{more}: {by_name[first]}")
+    return said
 
 
 def _conditions(found: Comparison) -> list[dict[str, Any]]:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Literal, NamedTuple
 
 Verdict = Literal["better", "worse", "alike"]
+LEAST = 1e-3  # a smaller difference means nothing on ice
 CLASS_C1 = 1.18  # least ice grip index of a tyre for severe snow on ice, class C1 (UN R117)
 REFERENCE = (0.9, 1.6)  # m/s2, mean deceleration of the reference tyre (ISO 19447)
 
@@ -36,7 +37,9 @@ class Ratio(NamedTuple):
 
     @property
     def verdict(self) -> Verdict:
-        """What it says: "alike" where the band holds 1."""
+        """What it says: "alike" where the band holds 1, or the difference is below `LEAST`."""
+        if abs(self.value - 1.0) < LEAST:
+            return "alike"
         if self.low > 1.0:
             return "better"
         return "worse" if self.high < 1.0 else "alike"

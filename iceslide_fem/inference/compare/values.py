@@ -18,6 +18,7 @@ from iceslide_fem.preprocess.wheel.case import WheelCase
 from iceslide_fem.preprocess.wheel.peak import peak_and_locked
 from iceslide_fem.preprocess.wheel.stops import deceleration_on, table_of_stop
 from iceslide_fem.preprocess.wheel.tread import stiffness_of
+from iceslide_fem.runs.doubts import before_run
 from iceslide_fem.runs.many_points import OUTPUTS as OF_POINTS
 from iceslide_fem.runs.many_points import friction
 from iceslide_fem.runtime.arrays import Array
@@ -25,6 +26,7 @@ from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.runtime.launch import available_cores
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.variation import with_values
+from iceslide_fem.workflow.planning.cost import expected
 from iceslide_fem.workflow.sweep.processes import compute_all
 from iceslide_fem.workflow.sweep.table import DONE
 
@@ -37,13 +39,15 @@ Tell = Callable[[float, str], None]
 
 class Values(NamedTuple):
     """Outputs by name, (candidates, conditions), NaN where the computation failed; the same of a
-    coarser computation; slopes: what uncertain inputs mean; failures: sentences.
+    coarser computation; slopes: what uncertain inputs mean; failures: sentences; doubts: warnings
+    of each candidate's computations, with its name.
     """
 
     fine: ARRAYS
     coarse: ARRAYS
     slopes: Slopes
     failures: Sequence[str]
+    doubts: Sequence[tuple[str, str]] = ()
 
 
 def values_of_scenes(
@@ -56,8 +60,10 @@ def values_of_scenes(
     shape = len(grid), len(grid[0])
     scenes = [one.scene for row in grid for one in row]
     of_all = [name for row in names for name in row]
-    fine, why = _scenes(scenes, of_all, folder)
-    coarse, _ = _scenes([_coarser(one) for one in scenes], [f"{n}_coarse" for n in of_all], folder)
+    fine, why, doubts = _scenes(scenes, of_all, folder)
+    coarse, _, _ = _scenes(
+        [_coarser(one) for one in scenes], [f"{n}_coarse" for n in of_all], folder
+    )
     slopes = np.zeros((*shape, len(inputs.keys)))
     for place in range(shape[1]):
         sides = list(inputs.sides([row[place].scene for row in grid]))
@@ -67,7 +73,7 @@ def values_of_scenes(
             for side, log in zip(sides, logs, strict=True):
                 slopes[side.number, place, inputs.keys.index(side.key)] += 0.5 * side.sign * log
     parts = [{key: one.reshape(shape) for key, one in each.items()} for each in (fine, coarse)]
-    return Values(parts[0], parts[1], Slopes(inputs, slopes), why)
+    return Values(parts[0], parts[1], Slopes(inputs, slopes), why, doubts)
 
 
 def _coarser(scene: Scene) -> Scene:
@@ -80,16 +86,19 @@ def _coarser(scene: Scene) -> Scene:
 
 def _scenes(
     scenes: Sequence[Scene], names: Sequence[str], folder: Path
-) -> tuple[ARRAYS, list[str]]:
-    """Outputs of scenes by name, (n,), and why some failed."""
+) -> tuple[ARRAYS, list[str], list[tuple[str, str]]]:
+    """Outputs of scenes by name, (n,), why some failed, and warnings with the scenes' names."""
     found = {key: np.full(len(scenes), np.nan) for key in OF_POINTS}
-    why = []
+    why, doubts = [], []
     points = [number for number, scene in enumerate(scenes) if scene.model == "point"]
     if points:
         mu = friction([scenes[number] for number in points])
         for key in OF_POINTS:
             found[key][points] = getattr(mu, key)[:, 0]
         why += [f"{names[points[at]]}: {reason}" for (at, _), reason in mu.failures.items()]
+        for at in points:
+            notes = [*before_run(scenes[at]), *expected(scenes[at])]
+            doubts += [(names[at], note) for note in notes]
     others = {name: number for number, name in enumerate(names) if number not in points}
     outcomes = compute_all(folder, {name: scenes[number] for name, number in others.items()})
     for name, outcome in outcomes.items():
@@ -98,7 +107,8 @@ def _scenes(
             continue
         for key in OF_POINTS:
             found[key][others[name]] = outcome.summary[key]
-    return found, why
+        doubts += [(name, str(warning)) for warning in outcome.summary["warnings"]]
+    return found, why, doubts
 
 
 class Job(NamedTuple):

@@ -129,6 +129,7 @@ def hexahedra(low: Array, high: Array, refinement: float) -> Meshed:
 def section(low: Array, high: Array, at: float, refinement: float) -> Meshed:
     """The section at y = `at` by quadrilaterals, points (x, z). Raises BadCad outside the ice."""
     occ, size = gmsh.model.occ, high - low
+    planes = _touching(float(size.max()))
     plane = occ.addRectangle(low[0] - size[0], low[2] - size[2], 0.0, 3.0 * size[0], 3.0 * size[2])
     occ.rotate([(2, plane)], 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.5 * np.pi)
     occ.translate([(2, plane)], 0.0, at, 0.0)
@@ -145,7 +146,7 @@ def section(low: Array, high: Array, at: float, refinement: float) -> Meshed:
     if first[2] > near:
         raise BadCad(
             f"is {first[2]:.4g} mm above the ice at rubber.step_plane = {at:.6g} mm, in a groove "
-            "or a round edge; allowed: a plane that touches the ice"
+            f"or a round edge; allowed: a plane that touches the ice, {planes}"
         )
     cells, reach = reference_cells(shape_of(first, last, False, 2), refinement)
     stretch = np.array([cells[-1] / cells[0], 1.0, 1.0])
@@ -161,6 +162,22 @@ def section(low: Array, high: Array, at: float, refinement: float) -> Meshed:
     flat = [part[..., [0, 2]] for part in (found.body.points, found.middles, found.bulges)]
     body = found.body._replace(points=flat[0])
     return found._replace(body=body, middles=flat[1], bulges=flat[2])
+
+
+def _touching(size: float) -> str:
+    """Where the flat lowest faces are across the slide, in words."""
+    near, ends = FLAT * size + LOOSE, []
+    for face in outer_faces():
+        first, last = box_of([(2, face)])
+        if last[2] < near:
+            ends.append((round(float(first[1]), 4), round(float(last[1]), 4)))
+    merged: list[list[float]] = []
+    for low, high in sorted(ends):
+        if merged and low <= merged[-1][1]:
+            merged[-1][1] = max(merged[-1][1], high)
+        else:
+            merged.append([low, high])
+    return " or ".join(f"from {low:g} to {high:g} mm" for low, high in merged)
 
 
 def grade_cells(
