@@ -79,6 +79,7 @@ class Results:
             "mu_mean": float(trapezoid(mu, time) / span) if span > 0.0 else float(mu[0]),
             "mu_end": float(mu[-1]),
             "melt_onset_s": self.melt_onset,
+            "melted_fraction": float(self.melted),
             "saturation_s": self.saturation,
             "steps": len(self.rows) - 1,
             "rejected_steps": self.rejected,

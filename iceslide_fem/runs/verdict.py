@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from iceslide_fem.film.doubts import MOST
 from iceslide_fem.runs.many_points import friction
 from iceslide_fem.runs.simplifications import Simplification, made
 from iceslide_fem.runtime.errors import IceslideError
@@ -149,7 +150,15 @@ def _holds(scene: Scene, entries: Mapping[str, Any]) -> tuple[str, bool]:
         return "The friction law is the scene's own.", False
     said, doubtful = [], False
     dry, wet = scene.film.dry_stress is not None, scene.ice.is_wet
-    if entries.get("melt_onset_s") is not None:
+    melts = entries.get("melt_onset_s") is not None
+    part = entries.get("melted_fraction", float(melts))
+    if melts and part < 1.0 - MOST and not (dry or wet):
+        said.append(
+            f"ice melts on at most {part:.0%} of the contact, and the film law has no dry "
+            "friction: mu is in doubt"
+        )
+        doubtful = True
+    elif melts:
         said.append("ice melts, which the film law is for")
     elif dry or wet:
         said.append("no ice melts, and dry friction or water of the scene holds")
