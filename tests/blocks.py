@@ -6,8 +6,8 @@ import numpy as np
 from dolfinx import mesh as dolfinx_mesh
 
 from iceslide_fem.fenics.compat import MPI, PETSc
+from iceslide_fem.mechanics.materials import Material
 from iceslide_fem.mesh.gmsh_model import DistributedMesh
-from iceslide_fem.rubber.materials import Material
 
 CELLS = ["triangle", "quadrilateral", "tetrahedron", "hexahedron"]
 SIZE = 1e-3  # m, of every edge

@@ -12,9 +12,9 @@ from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
 from iceslide_fem.coupling.sliding import Sliding  # noqa: E402
 from iceslide_fem.coupling.step_error import StepError, StepRejected  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
+from iceslide_fem.mechanics.block import build_block  # noqa: E402
+from iceslide_fem.mechanics.press import press, start_sliding  # noqa: E402
 from iceslide_fem.output.history import slide_row  # noqa: E402
-from iceslide_fem.rubber.block import build_block  # noqa: E402
-from iceslide_fem.rubber.press import press, start_sliding  # noqa: E402
 from iceslide_fem.scene import load_scene, scene_from_dict  # noqa: E402
 
 CASES = Path(__file__).parent.parent / "cases"

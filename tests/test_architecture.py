@@ -19,7 +19,7 @@ FLOORS = [
     {"scene", "fenics"},
     {"film", "mesh"},
     {"laws"},
-    {"heat", "rubber", "reference"},
+    {"heat", "mechanics", "reference"},
     {"interface"},
     {"coupling"},
     {"output"},

@@ -12,8 +12,8 @@ from blocks import along, ripple  # noqa: E402
 from iceslide_fem.fenics import compat  # noqa: E402
 from iceslide_fem.fenics.compat import MPI, PETSc  # noqa: E402
 from iceslide_fem.fenics.start import start_petsc  # noqa: E402
-from iceslide_fem.rubber.block import build_block  # noqa: E402
-from iceslide_fem.rubber.press import press  # noqa: E402
+from iceslide_fem.mechanics.block import build_block  # noqa: E402
+from iceslide_fem.mechanics.press import press  # noqa: E402
 from iceslide_fem.runtime.errors import SimulationStopped  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 from scripts.studies.blocks import shear_of_pressure  # noqa: E402

@@ -10,7 +10,7 @@ from blocks import CELLS, SIZE, a_block, all_of, bend  # noqa: E402
 
 from iceslide_fem.fenics import compat  # noqa: E402
 from iceslide_fem.laws.film import FilmLaw  # noqa: E402
-from iceslide_fem.rubber.contact import (  # noqa: E402
+from iceslide_fem.mechanics.contact import (  # noqa: E402
     Traction,
     blend,
     contact_forces,
@@ -20,8 +20,8 @@ from iceslide_fem.rubber.contact import (  # noqa: E402
     sliding_friction,
     static_friction,
 )
-from iceslide_fem.rubber.contact_surface import contact_surface  # noqa: E402
-from iceslide_fem.rubber.hyperelasticity import HyperelasticBody  # noqa: E402
+from iceslide_fem.mechanics.contact_surface import contact_surface  # noqa: E402
+from iceslide_fem.mechanics.hyperelasticity import HyperelasticBody  # noqa: E402
 from iceslide_fem.scene.materials import COMPOUNDS, CONTACT_TABLES, WATER_VISCOSITY  # noqa: E402
 
 pytestmark = [pytest.mark.fe, pytest.mark.mpi, pytest.mark.quick, pytest.mark.versions]

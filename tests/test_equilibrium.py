@@ -8,14 +8,14 @@ pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 from blocks import CELLS, SIZE, a_block, all_of, bend, left_by, options_of_rubber  # noqa: E402
 
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
-from iceslide_fem.rubber import contact_nodes  # noqa: E402
-from iceslide_fem.rubber.contact import contact_state, sliding_friction, static_friction  # noqa: E402
-from iceslide_fem.rubber.contact_surface import contact_surface  # noqa: E402
-from iceslide_fem.rubber.hyperelasticity import HyperelasticBody  # noqa: E402
-from iceslide_fem.rubber.loaded_block import (
+from iceslide_fem.mechanics import contact_nodes  # noqa: E402
+from iceslide_fem.mechanics.contact import contact_state, sliding_friction, static_friction  # noqa: E402
+from iceslide_fem.mechanics.contact_surface import contact_surface  # noqa: E402
+from iceslide_fem.mechanics.hyperelasticity import HyperelasticBody  # noqa: E402
+from iceslide_fem.mechanics.loaded_block import (
     Equilibrium,  # noqa: E402
 )
-from iceslide_fem.rubber.newton import Newton  # noqa: E402
+from iceslide_fem.mechanics.newton import Newton  # noqa: E402
 from iceslide_fem.runtime.errors import NotConverged, SceneError  # noqa: E402
 from iceslide_fem.scene.materials import BAR, COMPOUNDS  # noqa: E402
 

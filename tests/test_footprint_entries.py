@@ -181,7 +181,8 @@ def test_columns_of_a_profile_are_the_entries_of_its_modules(tmp_path):
     assert [float(row["mu_given"]) for row in table] == pytest.approx(expected)
     figures = json.loads((out / "summary.json").read_text())
     assert figures["given"]["mu_balance"] == pytest.approx(sum(expected))
-    assert {path.name for path in out.iterdir()} == {"line.csv", "line.png", "summary.json"}
+    written = {"line.csv", "line.png", "page.json", "summary.json"}
+    assert {path.name for path in out.iterdir()} == written
 
 
 def test_options_of_the_macroscopic_model_reach_it(files):

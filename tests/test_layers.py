@@ -13,13 +13,13 @@ from iceslide_fem.fenics import compat  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.heat.elements import QuadraticElements  # noqa: E402
 from iceslide_fem.heat.equation import HeatEquation, of_regions  # noqa: E402
+from iceslide_fem.mechanics.hyperelasticity import HyperelasticBody  # noqa: E402
+from iceslide_fem.mechanics.materials import Material  # noqa: E402
+from iceslide_fem.mechanics.stress import CellPoints, Deformation, cauchy_stress  # noqa: E402
 from iceslide_fem.mesh import gmsh_model  # noqa: E402
 from iceslide_fem.mesh.grid import tensor_grid  # noqa: E402
 from iceslide_fem.mesh.rubber import tagged_rubber  # noqa: E402
 from iceslide_fem.relaxation.prony import Prony, Relaxation  # noqa: E402
-from iceslide_fem.rubber.hyperelasticity import HyperelasticBody  # noqa: E402
-from iceslide_fem.rubber.materials import Material  # noqa: E402
-from iceslide_fem.rubber.stress import CellPoints, Deformation, cauchy_stress  # noqa: E402
 from iceslide_fem.runtime.errors import SceneError  # noqa: E402
 from iceslide_fem.scene import load_scene, scene_from_dict  # noqa: E402
 from iceslide_fem.scene.materials import COMPOUNDS, MooneyRivlin, Solid  # noqa: E402

@@ -12,7 +12,7 @@ from test_loads import RISE, scene  # noqa: E402
 from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
 from iceslide_fem.coupling.restart import checkpoint_tables, resumed  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
-from iceslide_fem.rubber.block import build_block  # noqa: E402
+from iceslide_fem.mechanics.block import build_block  # noqa: E402
 
 pytestmark = pytest.mark.fe
 

@@ -16,6 +16,7 @@ from program import run  # noqa: E402
 
 from iceslide_fem.fenics import compat  # noqa: E402
 from iceslide_fem.film.ice_heat import Column  # noqa: E402
+from iceslide_fem.mechanics.block import build_block  # noqa: E402
 from iceslide_fem.mesh import box, gmsh_model  # noqa: E402
 from iceslide_fem.mesh import ice as ice_meshing
 from iceslide_fem.mesh import rubber as rubber_meshing
@@ -24,7 +25,6 @@ from iceslide_fem.mesh.grid import graded, tensor_grid  # noqa: E402
 from iceslide_fem.mesh.named_cells import rubber_file  # noqa: E402
 from iceslide_fem.mesh.tagged import mesh_size  # noqa: E402
 from iceslide_fem.mesh.user_mesh import load_user_mesh  # noqa: E402
-from iceslide_fem.rubber.block import build_block  # noqa: E402
 from iceslide_fem.runs.notes import notes  # noqa: E402
 from iceslide_fem.runtime.curve import Curve  # noqa: E402
 from iceslide_fem.runtime.errors import SceneError  # noqa: E402

@@ -7,9 +7,9 @@ pytest.importorskip("dolfinx")
 from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
 from iceslide_fem.coupling.sliding import Sliding  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
-from iceslide_fem.rubber.block import build_block  # noqa: E402
-from iceslide_fem.rubber.press import press, start_sliding  # noqa: E402
-from iceslide_fem.rubber.time_discretisation import (  # noqa: E402
+from iceslide_fem.mechanics.block import build_block  # noqa: E402
+from iceslide_fem.mechanics.press import press, start_sliding  # noqa: E402
+from iceslide_fem.mechanics.time_discretisation import (  # noqa: E402
     Dynamic,
     QuasiStatic,
     motion_at_rest,

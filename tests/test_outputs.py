@@ -27,6 +27,17 @@ from runs import a_scene  # noqa: E402
 from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
 from iceslide_fem.coupling.sliding import Sliding  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
+from iceslide_fem.mechanics.block import build_block  # noqa: E402
+from iceslide_fem.mechanics.contact_surface import contact_surface  # noqa: E402
+from iceslide_fem.mechanics.hyperelasticity import HyperelasticBody  # noqa: E402
+from iceslide_fem.mechanics.press import press, start_sliding  # noqa: E402
+from iceslide_fem.mechanics.stress import (  # noqa: E402
+    SIX,
+    Deformation,
+    cauchy_stress,
+    strain_energy,
+    von_mises,
+)
 from iceslide_fem.output.block_fields import BlockFields  # noqa: E402
 from iceslide_fem.output.fields import (
     Fields,  # noqa: E402
@@ -38,17 +49,6 @@ from iceslide_fem.output.probes import Probes  # noqa: E402
 from iceslide_fem.output.summary import write_summary  # noqa: E402
 from iceslide_fem.output.table import Table  # noqa: E402
 from iceslide_fem.postprocess.results import field_files  # noqa: E402
-from iceslide_fem.rubber.block import build_block  # noqa: E402
-from iceslide_fem.rubber.contact_surface import contact_surface  # noqa: E402
-from iceslide_fem.rubber.hyperelasticity import HyperelasticBody  # noqa: E402
-from iceslide_fem.rubber.press import press, start_sliding  # noqa: E402
-from iceslide_fem.rubber.stress import (  # noqa: E402
-    SIX,
-    Deformation,
-    cauchy_stress,
-    strain_energy,
-    von_mises,
-)
 from iceslide_fem.runs.schedule import FieldTimes  # noqa: E402
 from iceslide_fem.runtime.errors import OutputError, SceneError  # noqa: E402
 from iceslide_fem.scene import load_scene, scene_from_dict  # noqa: E402

@@ -14,8 +14,8 @@ from iceslide_fem.interface.ice_columns import GridColumns  # noqa: E402
 from iceslide_fem.interface.on_ice import OnIce  # noqa: E402
 from iceslide_fem.interface.surface_grid import SurfaceGrid  # noqa: E402
 from iceslide_fem.laws.film import FilmLaw  # noqa: E402
+from iceslide_fem.mechanics.block import build_block  # noqa: E402
 from iceslide_fem.output.history import slide_row  # noqa: E402
-from iceslide_fem.rubber.block import build_block  # noqa: E402
 from iceslide_fem.runs.point import point_history  # noqa: E402
 from iceslide_fem.scene import scene_from_dict  # noqa: E402
 from iceslide_fem.scene.materials import CONTACT_TABLES, Ground  # noqa: E402

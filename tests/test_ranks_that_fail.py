@@ -31,7 +31,7 @@ def failing(module, name, error, rank, calls=1):
 COMMAND = "from iceslide_fem.cli import main\nmain(sys.argv[1:])\n"
 WAYS = {
     "a rank cannot read the mesh": (
-        "from iceslide_fem.rubber import block\n"
+        "from iceslide_fem.mechanics import block\n"
         "failing(block, 'default_penalty', SceneError('mesh x cannot be read'), 1)\n",
         2,
         "mesh x cannot be read",

@@ -17,8 +17,8 @@ from scipy.optimize import brentq  # noqa: E402
 from iceslide_fem import reference  # noqa: E402
 from iceslide_fem.fenics import compat  # noqa: E402
 from iceslide_fem.fenics.compat import PETSc  # noqa: E402
-from iceslide_fem.rubber.element import SPLIT, WHOLE, energy_density  # noqa: E402
-from iceslide_fem.rubber.hyperelasticity import HyperelasticBody  # noqa: E402
+from iceslide_fem.mechanics.element import SPLIT, WHOLE, energy_density  # noqa: E402
+from iceslide_fem.mechanics.hyperelasticity import HyperelasticBody  # noqa: E402
 from iceslide_fem.scene.materials import COMPOUNDS, MooneyRivlin  # noqa: E402
 
 pytestmark = [pytest.mark.fe, pytest.mark.mpi, pytest.mark.versions]
@@ -153,7 +153,7 @@ def test_cells_of_the_upper_half_keep_their_volume_on_average(cells):
 def test_tetrahedra_of_the_upper_half_keep_their_volume_at_one_point():
     """On any number of ranks."""
     block = a_block("tetrahedron", 4)
-    rubber = HyperelasticBody(block, B)
+    rubber = HyperelasticBody(block, all_of(B))
     touching, _ = compat.facet_cell_pairs(block.mesh, rubber.facets("contact"))
     middles = compat.cell_midpoints(block.mesh)[: len(rubber.kinds), 2]
     split = middles > 0.5 * SIZE

@@ -14,12 +14,12 @@ from blocks import along, left_by, ripple  # noqa: E402
 from iceslide_fem.coupling.layouts import PointLayout  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.fenics.start import start_petsc  # noqa: E402
+from iceslide_fem.mechanics.block import build_block  # noqa: E402
+from iceslide_fem.mechanics.contact import Traction  # noqa: E402
+from iceslide_fem.mechanics.press import press  # noqa: E402
+from iceslide_fem.mechanics.self_contact_friction import slip  # noqa: E402
 from iceslide_fem.mesh import gmsh_model  # noqa: E402
 from iceslide_fem.mesh.rubber import tagged_rubber  # noqa: E402
-from iceslide_fem.rubber.block import build_block  # noqa: E402
-from iceslide_fem.rubber.contact import Traction  # noqa: E402
-from iceslide_fem.rubber.press import press  # noqa: E402
-from iceslide_fem.rubber.self_contact_friction import slip  # noqa: E402
 from iceslide_fem.runtime.errors import NotConverged  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 from scripts.studies.press_elements import in_tetrahedra  # noqa: E402

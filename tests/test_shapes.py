@@ -10,6 +10,8 @@ pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 from iceslide_fem.cli import main  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.fenics.start import start_petsc  # noqa: E402
+from iceslide_fem.mechanics.block import build_block  # noqa: E402
+from iceslide_fem.mechanics.press import press  # noqa: E402
 from iceslide_fem.mesh.profile import block_mesh  # noqa: E402
 from iceslide_fem.mesh.rubber import (  # noqa: E402
     block_shape,
@@ -21,8 +23,6 @@ from iceslide_fem.mesh.rubber import (  # noqa: E402
 from iceslide_fem.mesh.shape import Wave, leaned, straightened  # noqa: E402
 from iceslide_fem.mesh.soundness import Soundness, shape_gradients  # noqa: E402
 from iceslide_fem.mesh.tagged import mesh_size, smallest_angle  # noqa: E402
-from iceslide_fem.rubber.block import build_block  # noqa: E402
-from iceslide_fem.rubber.press import press  # noqa: E402
 from iceslide_fem.runtime.errors import SceneError  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 from iceslide_fem.workflow.planning.mesh_picture import draw_mesh  # noqa: E402

@@ -26,8 +26,8 @@ from iceslide_fem.coupling.step_error import LIMITS, StepError, StepRejected  # 
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.point import Conditions, simulate  # noqa: E402
 from iceslide_fem.laws.film_of_scene import default_ramp  # noqa: E402
+from iceslide_fem.mechanics.block import build_block  # noqa: E402
 from iceslide_fem.output.history import slide_row  # noqa: E402
-from iceslide_fem.rubber.block import build_block  # noqa: E402
 from iceslide_fem.runs.pace import Pace  # noqa: E402
 from iceslide_fem.runs.schedule import Schedule  # noqa: E402
 from iceslide_fem.runs.summary import Results  # noqa: E402

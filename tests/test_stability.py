@@ -6,9 +6,9 @@ import pytest
 pytest.importorskip("iceslide_fem.fenics.compat")
 from iceslide_fem.coupling.sliding import Sliding  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
-from iceslide_fem.rubber.block import build_block  # noqa: E402
-from iceslide_fem.rubber.contact import default_penalty  # noqa: E402
-from iceslide_fem.rubber.press import press, start_sliding  # noqa: E402
+from iceslide_fem.mechanics.block import build_block  # noqa: E402
+from iceslide_fem.mechanics.contact import default_penalty  # noqa: E402
+from iceslide_fem.mechanics.press import press, start_sliding  # noqa: E402
 from iceslide_fem.runtime.errors import SimulationStopped  # noqa: E402
 from iceslide_fem.scene import scene_from_dict  # noqa: E402
 from iceslide_fem.scene.materials import COMPOUNDS  # noqa: E402

@@ -9,8 +9,8 @@ from blocks import CELLS, SIZE, a_block, all_of, bend  # noqa: E402
 
 from iceslide_fem.fenics import compat  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
-from iceslide_fem.rubber.contact_surface import contact_surface, space_degree  # noqa: E402
-from iceslide_fem.rubber.hyperelasticity import HyperelasticBody  # noqa: E402
+from iceslide_fem.mechanics.contact_surface import contact_surface, space_degree  # noqa: E402
+from iceslide_fem.mechanics.hyperelasticity import HyperelasticBody  # noqa: E402
 from iceslide_fem.scene.materials import COMPOUNDS  # noqa: E402
 
 pytestmark = [pytest.mark.fe, pytest.mark.mpi, pytest.mark.quick, pytest.mark.versions]

@@ -9,12 +9,12 @@ from blocks import CELLS, SIZE, a_block, all_of, bend  # noqa: E402
 from test_rubber import uniform  # noqa: E402
 
 from iceslide_fem.fenics import compat  # noqa: E402
+from iceslide_fem.mechanics.hyperelasticity import HyperelasticBody  # noqa: E402
 from iceslide_fem.relaxation.prony import (
     Prony,  # noqa: E402
     Relaxation,  # noqa: E402
 )
 from iceslide_fem.relaxation.shift import Shift  # noqa: E402
-from iceslide_fem.rubber.hyperelasticity import HyperelasticBody  # noqa: E402
 from iceslide_fem.scene.materials import COMPOUNDS, MooneyRivlin  # noqa: E402
 
 pytestmark = [pytest.mark.fe, pytest.mark.versions]

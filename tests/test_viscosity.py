@@ -12,9 +12,9 @@ from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.law import log_shearing  # noqa: E402
 from iceslide_fem.film.point import Conditions, simulate  # noqa: E402
 from iceslide_fem.interface.film_frame import ContactLoads  # noqa: E402
+from iceslide_fem.mechanics.block import build_block  # noqa: E402
 from iceslide_fem.output.block_fields import BlockFields  # noqa: E402
 from iceslide_fem.output.history import slide_row  # noqa: E402
-from iceslide_fem.rubber.block import build_block  # noqa: E402
 from iceslide_fem.runs.point import point_history  # noqa: E402
 from iceslide_fem.scene import scene_from_dict  # noqa: E402
 

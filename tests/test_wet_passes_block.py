@@ -9,7 +9,7 @@ from slides import started  # noqa: E402
 
 from iceslide_fem.coupling.restart import checkpoint_tables, resumed  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
-from iceslide_fem.rubber.block import build_block  # noqa: E402
+from iceslide_fem.mechanics.block import build_block  # noqa: E402
 from iceslide_fem.scene import scene_from_dict  # noqa: E402
 from iceslide_fem.scene.materials import MELTING_ENTHALPY  # noqa: E402
 

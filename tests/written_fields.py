@@ -6,10 +6,10 @@ from blocks import SIZE, a_block, all_of
 from runs import DURATION, a_scene
 
 from iceslide_fem.fenics.compat import MPI
+from iceslide_fem.mechanics.contact_surface import contact_surface
+from iceslide_fem.mechanics.hyperelasticity import HyperelasticBody
 from iceslide_fem.output.fields import Fields, write_vtu
 from iceslide_fem.output.grids import FacetGrid, Grid, RubberGrid, tensor_grid
-from iceslide_fem.rubber.contact_surface import contact_surface
-from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 
 TIMES = [0.0, 3.1e-3, DURATION]
 

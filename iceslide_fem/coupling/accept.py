@@ -19,7 +19,7 @@ from iceslide_fem.coupling.subcycles import Subcycles
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.step_control import step_factor
 from iceslide_fem.interface.film_frame import FilmFrame, Travel
-from iceslide_fem.rubber.block import Block
+from iceslide_fem.mechanics.block import Block
 
 NEXT_SUBSTEPS = 0.9  # the next step aims at this fraction of the allowed substeps
 

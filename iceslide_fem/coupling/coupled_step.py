@@ -33,8 +33,8 @@ from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.film.step_control import GROW, step_factor
 from iceslide_fem.interface.film_frame import ContactLoads, FilmFrame
 from iceslide_fem.laws.protocol import Sheared
-from iceslide_fem.rubber.block import Block, SpeedLaw
-from iceslide_fem.rubber.time_discretisation import Motion, MotionLaw, quiescent_motion
+from iceslide_fem.mechanics.block import Block, SpeedLaw
+from iceslide_fem.mechanics.time_discretisation import Motion, MotionLaw, quiescent_motion
 from iceslide_fem.runtime.errors import NotConverged
 
 MANY_ITERATIONS = 10  # Newton iterations above which the next step is shorter

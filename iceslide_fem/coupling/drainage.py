@@ -19,8 +19,8 @@ from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.film.loads import LUG
 from iceslide_fem.film.voids import Lugs, open_sipes
 from iceslide_fem.interface.film_frame import ContactLoads, FilmFrame
-from iceslide_fem.rubber.block import Block
-from iceslide_fem.rubber.contact_surface import ContactSurface, area_vectors
+from iceslide_fem.mechanics.block import Block
+from iceslide_fem.mechanics.contact_surface import ContactSurface, area_vectors
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.cuts import Sipe
 

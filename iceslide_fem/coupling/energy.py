@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from iceslide_fem.coupling.subcycles import Subcycles
-from iceslide_fem.rubber.block import Block
-from iceslide_fem.rubber.time_discretisation import Motion, MotionLaw
-from iceslide_fem.rubber.viscoelasticity import Relaxed
+from iceslide_fem.mechanics.block import Block
+from iceslide_fem.mechanics.time_discretisation import Motion, MotionLaw
+from iceslide_fem.mechanics.viscoelasticity import Relaxed
 from iceslide_fem.runtime.arrays import Array
 
 

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from iceslide_fem.interface.film_frame import ContactLoads
+from iceslide_fem.mechanics.block import Block, SpeedLaw
+from iceslide_fem.mechanics.time_discretisation import Rate
 from iceslide_fem.mesh.ice import window_cell
-from iceslide_fem.rubber.block import Block, SpeedLaw
-from iceslide_fem.rubber.time_discretisation import Rate
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.course import SAMPLED
 

@@ -11,9 +11,9 @@ from iceslide_fem.fenics import compat
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.interface.film_frame import FilmFrame
 from iceslide_fem.interface.rubber_mesh import MeshedIceAndRubber
-from iceslide_fem.rubber.block import Block
-from iceslide_fem.rubber.contact_surface import space_degree
-from iceslide_fem.rubber.viscoelasticity import Relaxed, Viscoelasticity
+from iceslide_fem.mechanics.block import Block
+from iceslide_fem.mechanics.contact_surface import space_degree
+from iceslide_fem.mechanics.viscoelasticity import Relaxed, Viscoelasticity
 from iceslide_fem.runtime.arrays import Array
 
 

@@ -14,10 +14,10 @@ from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.interface.film_frame import FilmFrame, Ice
 from iceslide_fem.interface.surface_grid import OwnNodes
-from iceslide_fem.rubber.block import Block
-from iceslide_fem.rubber.self_contact_friction import StickPoints
-from iceslide_fem.rubber.time_discretisation import Motion
-from iceslide_fem.rubber.viscoelasticity import Relaxed
+from iceslide_fem.mechanics.block import Block
+from iceslide_fem.mechanics.self_contact_friction import StickPoints
+from iceslide_fem.mechanics.time_discretisation import Motion
+from iceslide_fem.mechanics.viscoelasticity import Relaxed
 from iceslide_fem.runtime.arrays import Array
 
 MOVES = ("displacements", "velocity", "acceleration")  # fields of Motion, at the nodes

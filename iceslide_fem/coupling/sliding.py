@@ -20,9 +20,14 @@ from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.interface.build import film_frame_of
 from iceslide_fem.interface.film_frame import ContactLoads
 from iceslide_fem.interface.resting import PassBegin, Rest
+from iceslide_fem.mechanics.block import Block
+from iceslide_fem.mechanics.time_discretisation import (
+    Dynamic,
+    MotionLaw,
+    QuasiStatic,
+    motion_at_rest,
+)
 from iceslide_fem.mesh.ice import cells_in_a_step
-from iceslide_fem.rubber.block import Block
-from iceslide_fem.rubber.time_discretisation import Dynamic, MotionLaw, QuasiStatic, motion_at_rest
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import NotConverged, SimulationStopped
 

@@ -10,10 +10,10 @@ from iceslide_fem.coupling.energy import Energies, Mechanics
 from iceslide_fem.coupling.subcycles import Subcycles
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.interface.film_frame import ContactLoads
-from iceslide_fem.rubber.contact import ContactState
-from iceslide_fem.rubber.self_contact_friction import StickPoints
-from iceslide_fem.rubber.time_discretisation import Motion
-from iceslide_fem.rubber.viscoelasticity import Relaxed
+from iceslide_fem.mechanics.contact import ContactState
+from iceslide_fem.mechanics.self_contact_friction import StickPoints
+from iceslide_fem.mechanics.time_discretisation import Motion
+from iceslide_fem.mechanics.viscoelasticity import Relaxed
 from iceslide_fem.runtime.arrays import Array
 
 

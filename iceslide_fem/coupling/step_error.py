@@ -16,7 +16,7 @@ from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.viscosity import temperature_scale
 from iceslide_fem.interface.film_frame import ContactLoads, InterfaceStep
 from iceslide_fem.laws.protocol import Sheared
-from iceslide_fem.rubber.block import Block
+from iceslide_fem.mechanics.block import Block
 from iceslide_fem.runtime.arrays import Array
 
 

@@ -10,7 +10,7 @@ with the strength S of the friction law,
 
 the radial return of elastoplastic friction (P. Wriggers, Computational Contact Mechanics, 2nd ed.,
 Springer 2006, sec. 10.5). S is that at the speed of slip to the side of tau, or at rest. The spring
-yields by S / eps, at most a hundredth of what the block's height does (`rubber.contact.penalty`).
+yields by S / eps, at most a hundredth of what the block's height does (`mechanics.contact.penalty`).
 
 The law and its film see the slip of a point, without direction. Points that stick have the slip
 speed `RESTS` there: its heat is nothing, and errors of their films keep a weight. Nodes of the ice
@@ -29,7 +29,7 @@ from iceslide_fem.coupling.state import CoupledState
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.interface.film_frame import ContactLoads, FilmFrame, InterfaceStep
 from iceslide_fem.laws.protocol import InterfaceLaw, Sheared
-from iceslide_fem.rubber.block import Block
+from iceslide_fem.mechanics.block import Block
 from iceslide_fem.runtime.arrays import Array, Mask
 
 # Slip speed (m/s) at which strength at rest is read. Dry shear falls below a smaller one

@@ -31,12 +31,12 @@ from iceslide_fem.interface.surface_grid import Placement, SurfaceGrid, own_poin
 from iceslide_fem.interface.user_law_on_ice import UserLawOnIce
 from iceslide_fem.interface.window import PassingIce
 from iceslide_fem.laws.film import FilmLaw
+from iceslide_fem.mechanics.block import Block
 from iceslide_fem.mesh import gmsh_model
 from iceslide_fem.mesh.grid import Lines
 from iceslide_fem.mesh.ice import heating_times, passing_time, patch_lines, window_lines
 from iceslide_fem.mesh.ice_body import ice_body
 from iceslide_fem.mesh.rubber import block_shape
-from iceslide_fem.rubber.block import Block
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.curve import Curve
 from iceslide_fem.scene import Scene

@@ -27,7 +27,7 @@ from iceslide_fem.interface.film_frame import ContactLoads, Rises
 from iceslide_fem.interface.ice_mesh import MeshedIce, Settings
 from iceslide_fem.interface.surface_grid import Contacts, SurfaceGrid
 from iceslide_fem.interface.window import passed_over
-from iceslide_fem.rubber.contact_surface import ContactSurface
+from iceslide_fem.mechanics.contact_surface import ContactSurface
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import MELTING_TEMPERATURE, Solid
 

@@ -102,9 +102,9 @@ def tagged_mesh(file: MeshFile, found: NamedCells) -> TaggedMesh:
 
     Unused nodes are dropped, and also facet sets of other cells, unless their name is in
     `file.parts`. A node set is used if no facets have its name. Several bodies become regions of
-    the mesh; cells of the first one that have another's name, too, are the other's. Raises
-    SceneError if cells are missing, duplicate, of mixed kinds, of another order or dimension or of
-    a forbidden name, or if facets do not belong to the cells.
+    the mesh; cells of rubber that have a layer's name, too, are the layer's. Raises SceneError if
+    cells are missing, duplicate, of mixed kinds, of another order or dimension or of a forbidden
+    name, or if facets do not belong to the cells.
     """
     parts = [
         [block for block in found.blocks if block.name == body and len(block.nodes)]
@@ -115,7 +115,7 @@ def tagged_mesh(file: MeshFile, found: NamedCells) -> TaggedMesh:
             names = {block.name for block in found.blocks} | set(found.node_sets)
             tags = ", ".join(sorted(names - {""})) or "none"
             raise SceneError(f'{file} has no cells tagged "{body}"; tags found: {tags}')
-    if len(parts) > 1:
+    if file.beside is None:  # a set of all rubber may hold those of its layers
         parts[0] = _without(parts[0], [block for part in parts[1:] for block in part])
     bodies = [block for part in parts for block in part]
     if {block.dim for block in bodies} - {0, file.dim}:

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import cell_dofs, cell_name
 from iceslide_fem.heat.elements import LayeredElements
-from iceslide_fem.rubber.contact_surface import FACET_OF, ContactSurface
-from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
-from iceslide_fem.rubber.stress import StressRecovery, from_vertices, von_mises
+from iceslide_fem.mechanics.contact_surface import FACET_OF, ContactSurface
+from iceslide_fem.mechanics.hyperelasticity import HyperelasticBody
+from iceslide_fem.mechanics.stress import StressRecovery, from_vertices, von_mises
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.columns import TEMPERATURE
 

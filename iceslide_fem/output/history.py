@@ -12,11 +12,11 @@ from iceslide_fem.coupling.ledger import Ledger
 from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.coupling.state import AcceptedStep, CoupledState
 from iceslide_fem.fenics.compat import MPI
+from iceslide_fem.mechanics.block import Block
+from iceslide_fem.mechanics.contact import ContactState
+from iceslide_fem.mechanics.press import PathPoint
 from iceslide_fem.output.table import HistoryRow, PreloadRow, row_of
 from iceslide_fem.output.water import water_columns, water_names
-from iceslide_fem.rubber.block import Block
-from iceslide_fem.rubber.contact import ContactState
-from iceslide_fem.rubber.press import PathPoint
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.columns import AREA, VISCOSITY
 from iceslide_fem.runtime.units import ZERO_CELSIUS

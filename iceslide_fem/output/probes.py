@@ -12,9 +12,9 @@ from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.coupling.state import AcceptedStep
 from iceslide_fem.fenics import compat
 from iceslide_fem.heat.equation import HeatEquation
+from iceslide_fem.mechanics.block import Block
+from iceslide_fem.mechanics.stress import CellPoints, von_mises
 from iceslide_fem.output.history import interface_fields
-from iceslide_fem.rubber.block import Block
-from iceslide_fem.rubber.stress import CellPoints, von_mises
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.columns import field_of
 from iceslide_fem.runtime.errors import SceneError

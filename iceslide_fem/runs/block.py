@@ -15,6 +15,8 @@ from iceslide_fem.coupling.sliding import Rejection, Sliding
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.fenics.garbage import freed_at_end
 from iceslide_fem.heat.equation import check_options
+from iceslide_fem.mechanics.block import Block, build_block
+from iceslide_fem.mechanics.press import PathPoint, press, start_sliding
 from iceslide_fem.output.history import law_columns, preload_row, slide_row
 from iceslide_fem.output.probes import ProbeRow, Probes
 from iceslide_fem.output.summary import Log, notify_next_run
@@ -28,8 +30,6 @@ from iceslide_fem.output.table import (
     row_type,
     size_of_rows,
 )
-from iceslide_fem.rubber.block import Block, build_block
-from iceslide_fem.rubber.press import PathPoint, press, start_sliding
 from iceslide_fem.runs.checkpoint import (
     GOES_ON,
     Checkpoint,

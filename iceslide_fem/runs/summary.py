@@ -9,8 +9,8 @@ import numpy as np
 from scipy.integrate import trapezoid
 
 from iceslide_fem.film.doubts import doubts, unbalanced
+from iceslide_fem.mechanics.failure import FOLDED, TIPPED
 from iceslide_fem.output.history import outside_table, thinnest_film
-from iceslide_fem.rubber.failure import FOLDED, TIPPED
 from iceslide_fem.runs.pace import Observation
 
 # Thresholds of warnings in the summary.

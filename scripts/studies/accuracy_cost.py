@@ -31,13 +31,13 @@ from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.point import simulate
 from iceslide_fem.film.runge_kutta import INTEGRATORS
+from iceslide_fem.mechanics.block import build_block
+from iceslide_fem.mechanics.contact import default_penalty
+from iceslide_fem.mechanics.contact_surface import ContactSurface
+from iceslide_fem.mechanics.loaded_block import Equilibrium
+from iceslide_fem.mechanics.press import press
 from iceslide_fem.postprocess.results import Run as Finished
 from iceslide_fem.postprocess.results import read_run
-from iceslide_fem.rubber.block import build_block
-from iceslide_fem.rubber.contact import default_penalty
-from iceslide_fem.rubber.contact_surface import ContactSurface
-from iceslide_fem.rubber.loaded_block import Equilibrium
-from iceslide_fem.rubber.press import press
 from iceslide_fem.runs.point import point_history
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import NotConverged, SimulationStopped

@@ -11,10 +11,10 @@ import numpy as np
 from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.coupling.step_error import LIMITS, StepLimits
 from iceslide_fem.fenics.compat import MPI
-from iceslide_fem.rubber.block import Block, build_block
-from iceslide_fem.rubber.contact import Traction, sliding_friction
-from iceslide_fem.rubber.loaded_block import TractionLaw
-from iceslide_fem.rubber.press import press, start_sliding
+from iceslide_fem.mechanics.block import Block, build_block
+from iceslide_fem.mechanics.contact import Traction, sliding_friction
+from iceslide_fem.mechanics.loaded_block import TractionLaw
+from iceslide_fem.mechanics.press import press, start_sliding
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene import Scene
 

@@ -93,7 +93,7 @@ def of_points(scene: Scene, rule: tuple[int, int], fine: Known) -> Iterator[obje
 @contextmanager
 def points(rule: tuple[int, int]) -> Iterator[int]:
     """Points by the degrees of a `rule` on so many pieces of a facet."""
-    from iceslide_fem.rubber import contact  # starts MPI, after which no mpirun runs
+    from iceslide_fem.mechanics import contact  # starts MPI, after which no mpirun runs
 
     along, across = rule
     with patch.multiple(contact, FACET_DEGREE=along, ACROSS_DEGREE=across):

@@ -64,8 +64,8 @@ def cost(given: Scene) -> tuple[int, float]:
         return steps, (time.process_time() - begun) / steps
     from iceslide_fem.coupling.sliding import Sliding
     from iceslide_fem.fenics.compat import MPI
-    from iceslide_fem.rubber.block import build_block
-    from iceslide_fem.rubber.press import press, start_sliding
+    from iceslide_fem.mechanics.block import build_block
+    from iceslide_fem.mechanics.press import press, start_sliding
 
     block = build_block(given, MPI.COMM_SELF)
     press(block, lambda point: None)

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from iceslide_fem.fenics.compat import MPI
-from iceslide_fem.rubber.block import build_block
-from iceslide_fem.rubber.press import press
+from iceslide_fem.mechanics.block import build_block
+from iceslide_fem.mechanics.press import press
 from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.simulate import run
 from scripts.studies.common import options, table

@@ -45,11 +45,11 @@ from iceslide_fem.film.law import explicit_stage
 from iceslide_fem.film.loads import film_loads
 from iceslide_fem.film.point import Conditions, simulate
 from iceslide_fem.film.runge_kutta import INTEGRATORS
+from iceslide_fem.mechanics.block import Block, build_block
+from iceslide_fem.mechanics.contact import default_penalty
+from iceslide_fem.mechanics.loaded_block import Solution, TractionLaw
+from iceslide_fem.mechanics.press import PathPoint, press
 from iceslide_fem.mesh.size import unknowns
-from iceslide_fem.rubber.block import Block, build_block
-from iceslide_fem.rubber.contact import default_penalty
-from iceslide_fem.rubber.loaded_block import Solution, TractionLaw
-from iceslide_fem.rubber.press import PathPoint, press
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import NotConverged, SimulationStopped
 from iceslide_fem.scene import Scene, put, scene_from_dict
@@ -632,9 +632,9 @@ INTERVAL = 1e-3  # s of processor time
 # Folders and modules of the package, and the part that the time in them and below belongs to; the
 # longest name that fits counts.
 MODULES = {
-    "rubber": "contact",
-    "rubber.hyperelasticity": "assembly",
-    "rubber.tangent": "solves",
+    "mechanics": "contact",
+    "mechanics.hyperelasticity": "assembly",
+    "mechanics.tangent": "solves",
     "film": "film",
     "film.ice_heat": "heat",
     "film.rubber_heat": "heat",
@@ -646,7 +646,7 @@ MODULES = {
     "output": "output",
     "coupling": "other",
 }
-FACTORISE = ("rubber.tangent", "factorise")  # whose solve is hardly more than new factors
+FACTORISE = ("mechanics.tangent", "factorise")  # whose solve is hardly more than new factors
 # What a step consists of: the rest of a run is no part of it.
 STEP = {
     ("coupling.sliding", "advance"),

@@ -16,8 +16,8 @@ from matplotlib.figure import Figure
 from iceslide_fem.coupling.energy import Energies
 from iceslide_fem.coupling.step_error import LIMITS
 from iceslide_fem.fenics.compat import MPI
+from iceslide_fem.mechanics.block import build_block
 from iceslide_fem.postprocess.results import Run, read_run
-from iceslide_fem.rubber.block import build_block
 from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.scene.materials import BAR
 from iceslide_fem.simulate import run

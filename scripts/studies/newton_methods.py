@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 
 from iceslide_fem.fenics.compat import MPI, PETSc
-from iceslide_fem.rubber.block import build_block
-from iceslide_fem.rubber.loaded_block import CONTACT, Equilibrium, LoadedBlock, TractionLaw
-from iceslide_fem.rubber.newton import MAX_ITERATIONS, PATIENT, Patience, Solution
+from iceslide_fem.mechanics.block import build_block
+from iceslide_fem.mechanics.loaded_block import CONTACT, Equilibrium, LoadedBlock, TractionLaw
+from iceslide_fem.mechanics.newton import MAX_ITERATIONS, PATIENT, Patience, Solution
 from iceslide_fem.runtime.errors import NotConverged, SimulationStopped
 from iceslide_fem.scene import Scene
 from scripts.studies.blocks import Slide, slid

@@ -25,8 +25,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 
+from iceslide_fem.mechanics.contact import default_penalty
 from iceslide_fem.mesh.tagged import IntArray, TaggedMesh, outer_facets
-from iceslide_fem.rubber.contact import default_penalty
 from iceslide_fem.scene.materials import BAR
 from scripts.studies import common, peers_calculix
 from scripts.studies.press_elements import (

@@ -12,9 +12,9 @@ import tempfile
 from collections.abc import Iterator
 
 from iceslide_fem.fenics.compat import MPI
-from iceslide_fem.rubber.block import build_block
-from iceslide_fem.rubber.contact import default_penalty
-from iceslide_fem.rubber.press import press
+from iceslide_fem.mechanics.block import build_block
+from iceslide_fem.mechanics.contact import default_penalty
+from iceslide_fem.mechanics.press import press
 from iceslide_fem.scene import Scene, scene_from_dict
 from iceslide_fem.scene.materials import BAR, COMPOUNDS
 from iceslide_fem.simulate import run

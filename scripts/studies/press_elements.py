@@ -24,13 +24,9 @@ from scipy.sparse import csr_matrix
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
 from iceslide_fem.laws.film import FilmLaw
-from iceslide_fem.mesh import gmsh_model
-from iceslide_fem.mesh.grid import tensor_grid
-from iceslide_fem.mesh.profile import CONTACT_HEIGHT
-from iceslide_fem.mesh.tagged import TaggedMesh
-from iceslide_fem.rubber.block import Block
-from iceslide_fem.rubber.contact import contact_points, default_penalty
-from iceslide_fem.rubber.element import (
+from iceslide_fem.mechanics.block import Block
+from iceslide_fem.mechanics.contact import contact_points, default_penalty
+from iceslide_fem.mechanics.element import (
     DEGREE,
     QUADRATURE_DEGREE,
     SPLIT,
@@ -42,10 +38,14 @@ from iceslide_fem.rubber.element import (
     stored_energy,
     volumetric_energy,
 )
-from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
-from iceslide_fem.rubber.loaded_block import Equilibrium
-from iceslide_fem.rubber.materials import Material
-from iceslide_fem.rubber.press import PathPoint, press
+from iceslide_fem.mechanics.hyperelasticity import HyperelasticBody
+from iceslide_fem.mechanics.loaded_block import Equilibrium
+from iceslide_fem.mechanics.materials import Material
+from iceslide_fem.mechanics.press import PathPoint, press
+from iceslide_fem.mesh import gmsh_model
+from iceslide_fem.mesh.grid import tensor_grid
+from iceslide_fem.mesh.profile import CONTACT_HEIGHT
+from iceslide_fem.mesh.tagged import TaggedMesh
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.scene import scene_from_dict

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from iceslide_fem.fenics.compat import MPI
-from iceslide_fem.rubber.block import Block, build_block
+from iceslide_fem.mechanics.block import Block, build_block
 from scripts.studies.command_runs import CASES
 from scripts.studies.common import case, options, table
 

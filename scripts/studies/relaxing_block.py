@@ -18,10 +18,10 @@ from statistics import median
 import numpy as np
 
 from iceslide_fem.fenics.compat import MPI
+from iceslide_fem.mechanics.hyperelasticity import HyperelasticBody
+from iceslide_fem.mechanics.materials import Material
 from iceslide_fem.mesh.rubber import rubber_mesh
 from iceslide_fem.relaxation.prony import Prony, Relaxation
-from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
-from iceslide_fem.rubber.materials import Material
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import COMPOUNDS
 from scripts.studies.command_runs import MOMENT, found, moved

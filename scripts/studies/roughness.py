@@ -27,6 +27,7 @@ from petsc4py import PETSc
 
 from iceslide_fem.fenics import compat
 from iceslide_fem.film import point
+from iceslide_fem.mechanics.element import QUADRATURE_DEGREE, energy_density
 from iceslide_fem.preprocess.roughness.creep import hold, steps
 from iceslide_fem.preprocess.roughness.generate import SurfaceSpec, generate, read_spec
 from iceslide_fem.preprocess.roughness.half_space import press
@@ -38,7 +39,6 @@ from iceslide_fem.preprocess.roughness.parameters import (
 )
 from iceslide_fem.preprocess.roughness.survey import parameters
 from iceslide_fem.relaxation.prony import Prony
-from iceslide_fem.rubber.element import QUADRATURE_DEGREE, energy_density
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.scene.materials import BAR, COMPOUNDS, YOUNGS_MODULUS

@@ -24,8 +24,8 @@ from matplotlib.figure import Figure
 from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.start import start_petsc
-from iceslide_fem.rubber.block import Block
-from iceslide_fem.rubber.contact_surface import contact_surface
+from iceslide_fem.mechanics.block import Block
+from iceslide_fem.mechanics.contact_surface import contact_surface
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.scene import Scene

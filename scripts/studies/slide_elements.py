@@ -15,9 +15,9 @@ import numpy as np
 
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.fenics.start import start_petsc
-from iceslide_fem.rubber.block import build_block
-from iceslide_fem.rubber.element import QUADRATURE_DEGREE, Energy, stored_energy
-from iceslide_fem.rubber.press import press
+from iceslide_fem.mechanics.block import build_block
+from iceslide_fem.mechanics.element import QUADRATURE_DEGREE, Energy, stored_energy
+from iceslide_fem.mechanics.press import press
 from scripts.studies.blocks import Slide, slid
 from scripts.studies.common import case, options, table
 from scripts.studies.press_elements import DEFAULT, fully_integrated

@@ -26,9 +26,9 @@ from scipy.spatial import cKDTree
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc
 from iceslide_fem.fenics.start import start_petsc
+from iceslide_fem.mechanics.block import Block, build_block
 from iceslide_fem.mesh.rubber import tagged_rubber
 from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
-from iceslide_fem.rubber.block import Block, build_block
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.runtime.errors import NotConverged
 from iceslide_fem.scene.materials import BAR, MooneyRivlin

@@ -197,7 +197,7 @@ def compile_forms(scene: Scene) -> None:
     """Build block and interface of `scene` once and discard them."""
     from iceslide_fem.fenics.compat import MPI
     from iceslide_fem.interface.build import film_frame_of
-    from iceslide_fem.rubber.block import build_block
+    from iceslide_fem.mechanics.block import build_block
 
     block = build_block(scene, MPI.COMM_WORLD)
     block.rubber.displacements[:, -1] -= 1e-6 * block.height  # meshing of the ice needs contact

@@ -14,10 +14,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem.rubber.block import Block
-from iceslide_fem.rubber.contact import Traction, blend
-from iceslide_fem.rubber.loaded_block import TractionLaw
-from iceslide_fem.rubber.newton import QUICK, Solution
+from iceslide_fem.mechanics.block import Block
+from iceslide_fem.mechanics.contact import Traction, blend
+from iceslide_fem.mechanics.loaded_block import TractionLaw
+from iceslide_fem.mechanics.newton import QUICK, Solution
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import NotConverged, SimulationStopped
 from iceslide_fem.scene.materials import BAR

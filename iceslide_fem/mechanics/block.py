@@ -12,9 +12,7 @@ from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
 from iceslide_fem.laws.protocol import InterfaceLaw, Sheared
 from iceslide_fem.laws.table import law_of
-from iceslide_fem.mesh.rubber import nominal_area, rubber_mesh
-from iceslide_fem.mesh.size import check_memory
-from iceslide_fem.rubber.contact import (
+from iceslide_fem.mechanics.contact import (
     ContactState,
     Traction,
     contact_points,
@@ -23,14 +21,16 @@ from iceslide_fem.rubber.contact import (
     sliding_friction,
     static_friction,
 )
-from iceslide_fem.rubber.contact_surface import ContactSurface
-from iceslide_fem.rubber.element import Energy, stored_energy
-from iceslide_fem.rubber.failure import Posture, Slenderness, limit_met, most_slender, posture
-from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
-from iceslide_fem.rubber.loaded_block import Equilibrium, TractionLaw
-from iceslide_fem.rubber.materials import Material
-from iceslide_fem.rubber.newton import PATIENT, Patience, Solution
-from iceslide_fem.rubber.self_contact_friction import StickPoints
+from iceslide_fem.mechanics.contact_surface import ContactSurface
+from iceslide_fem.mechanics.element import Energy, stored_energy
+from iceslide_fem.mechanics.failure import Posture, Slenderness, limit_met, most_slender, posture
+from iceslide_fem.mechanics.hyperelasticity import HyperelasticBody
+from iceslide_fem.mechanics.loaded_block import Equilibrium, TractionLaw
+from iceslide_fem.mechanics.materials import Material
+from iceslide_fem.mechanics.newton import PATIENT, Patience, Solution
+from iceslide_fem.mechanics.self_contact_friction import StickPoints
+from iceslide_fem.mesh.rubber import nominal_area, rubber_mesh
+from iceslide_fem.mesh.size import check_memory
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError, SimulationStopped
 from iceslide_fem.runtime.ranks import from_root

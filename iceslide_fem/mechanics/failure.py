@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from iceslide_fem.fenics.compat import MPI
-from iceslide_fem.rubber.contact import contact_state
-from iceslide_fem.rubber.contact_surface import ContactSurface
+from iceslide_fem.mechanics.contact import contact_state
+from iceslide_fem.mechanics.contact_surface import ContactSurface
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.scene.rubber import Rubber
 

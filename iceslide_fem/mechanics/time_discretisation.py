@@ -11,7 +11,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
+from iceslide_fem.mechanics.hyperelasticity import HyperelasticBody
 from iceslide_fem.runtime.arrays import Array
 
 # Spectral radius of the generalised-alpha method at high frequencies: amplification of unresolved

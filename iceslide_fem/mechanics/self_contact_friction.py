@@ -20,8 +20,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem.rubber.contact_surface import area_vectors
-from iceslide_fem.rubber.facing import Pressing, restricted
+from iceslide_fem.mechanics.contact_surface import area_vectors
+from iceslide_fem.mechanics.facing import Pressing, restricted
 from iceslide_fem.runtime.arrays import Array, Index
 
 

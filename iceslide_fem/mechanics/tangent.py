@@ -25,10 +25,10 @@ from iceslide_fem.fenics.direct_solver import (
     takes_many,
     takes_symmetric,
 )
-from iceslide_fem.rubber.contact_nodes import RESULTANT, ContactNodes
-from iceslide_fem.rubber.contact_surface import ContactSurface
-from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
-from iceslide_fem.rubber.responses import Responses
+from iceslide_fem.mechanics.contact_nodes import RESULTANT, ContactNodes
+from iceslide_fem.mechanics.contact_surface import ContactSurface
+from iceslide_fem.mechanics.hyperelasticity import HyperelasticBody
+from iceslide_fem.mechanics.responses import Responses
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import NotConverged
 

@@ -10,12 +10,12 @@ from scipy.sparse import csr_matrix
 
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
+from iceslide_fem.mechanics.element import DEGREE, Energy, kinds_of_cells, stored_energy
+from iceslide_fem.mechanics.materials import Material, Materials
+from iceslide_fem.mechanics.plate_contact import PlateContact
+from iceslide_fem.mechanics.self_contact import SelfContact
+from iceslide_fem.mechanics.viscoelasticity import Relaxed, Viscoelasticity, relaxing_energy
 from iceslide_fem.mesh.gmsh_model import DistributedMesh
-from iceslide_fem.rubber.element import DEGREE, Energy, kinds_of_cells, stored_energy
-from iceslide_fem.rubber.materials import Material, Materials
-from iceslide_fem.rubber.plate_contact import PlateContact
-from iceslide_fem.rubber.self_contact import SelfContact
-from iceslide_fem.rubber.viscoelasticity import Relaxed, Viscoelasticity, relaxing_energy
 from iceslide_fem.runtime.arrays import Array
 
 NEAR_PLATE = 0.25  # of the height: rubber farther below the plate does not touch it

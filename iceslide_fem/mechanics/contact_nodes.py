@@ -9,8 +9,8 @@ from scipy.sparse import csc_matrix, csr_matrix
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc
 from iceslide_fem.fenics.direct_solver import SparseColumns
-from iceslide_fem.rubber.contact_surface import ContactSurface
-from iceslide_fem.rubber.self_contact import SelfContact
+from iceslide_fem.mechanics.contact_surface import ContactSurface
+from iceslide_fem.mechanics.self_contact import SelfContact
 from iceslide_fem.runtime.arrays import Array
 
 # Number of parts of a load that are solved at once; least norm of a part over the whole.

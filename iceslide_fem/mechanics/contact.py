@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI
+from iceslide_fem.mechanics.contact_surface import ContactSurface, contact_surface
+from iceslide_fem.mechanics.hyperelasticity import HyperelasticBody
 from iceslide_fem.mesh.ice import window_cell
 from iceslide_fem.mesh.profile import CONTACT_HEIGHT
 from iceslide_fem.mesh.rubber import rounded
-from iceslide_fem.rubber.contact_surface import ContactSurface, contact_surface
-from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.materials import MooneyRivlin

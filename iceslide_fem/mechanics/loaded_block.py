@@ -13,18 +13,18 @@ import numpy as np
 
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc
-from iceslide_fem.rubber.contact import (
+from iceslide_fem.mechanics.contact import (
     ContactState,
     Traction,
     contact_forces,
     contact_state,
     contact_tangent,
 )
-from iceslide_fem.rubber.contact_surface import ContactSurface
-from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
-from iceslide_fem.rubber.newton import LAG, PATIENT, Newton, Patience, Solution
-from iceslide_fem.rubber.plate_contact import lift_of
-from iceslide_fem.rubber.tangent import Tangent
+from iceslide_fem.mechanics.contact_surface import ContactSurface
+from iceslide_fem.mechanics.hyperelasticity import HyperelasticBody
+from iceslide_fem.mechanics.newton import LAG, PATIENT, Newton, Patience, Solution
+from iceslide_fem.mechanics.plate_contact import lift_of
+from iceslide_fem.mechanics.tangent import Tangent
 from iceslide_fem.runtime.arrays import Array
 
 # Tangential traction on the rubber, from contact pressure (f, q) and displacement (f, q, d-1).

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from iceslide_fem.fenics import compat
-from iceslide_fem.rubber.contact_surface import space_degree
-from iceslide_fem.rubber.element import QUADRATURE_DEGREE, SIX, SPLIT, VOLUME_DEGREE, tensors
-from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
+from iceslide_fem.mechanics.contact_surface import space_degree
+from iceslide_fem.mechanics.element import QUADRATURE_DEGREE, SIX, SPLIT, VOLUME_DEGREE, tensors
+from iceslide_fem.mechanics.hyperelasticity import HyperelasticBody
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import MooneyRivlin
 

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from iceslide_fem.rubber.contact_surface import area_vectors
+from iceslide_fem.mechanics.contact_surface import area_vectors
 from iceslide_fem.runtime.arrays import Array, Index, Mask
 
 FACING = -0.5  # facets face each other if the product of their normals is below this

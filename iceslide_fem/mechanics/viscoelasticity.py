@@ -24,8 +24,7 @@ import numpy as np
 
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, fem, ufl
-from iceslide_fem.relaxation.prony import delayed, mean_response
-from iceslide_fem.rubber.element import (
+from iceslide_fem.mechanics.element import (
     QUADRATURE_DEGREE,
     SIX,
     Energy,
@@ -34,7 +33,8 @@ from iceslide_fem.rubber.element import (
     tensors,
     volumetric_energy,
 )
-from iceslide_fem.rubber.materials import Materials
+from iceslide_fem.mechanics.materials import Materials
+from iceslide_fem.relaxation.prony import delayed, mean_response
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import MooneyRivlin
 

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
-from iceslide_fem.rubber.contact_nodes import ContactNodes
+from iceslide_fem.mechanics.contact_nodes import ContactNodes
 from iceslide_fem.runtime.arrays import Array
 
 # Largest number of solves for one change, and of kept responses before a new factorisation.

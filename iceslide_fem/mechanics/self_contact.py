@@ -29,9 +29,9 @@ from scipy.sparse import coo_matrix, csr_matrix
 
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import PETSc
-from iceslide_fem.rubber.contact_surface import FACET_OF, contact_surface, space_degree
-from iceslide_fem.rubber.facing import Facets, FacingWalls, Pressing
-from iceslide_fem.rubber.self_contact_friction import (
+from iceslide_fem.mechanics.contact_surface import FACET_OF, contact_surface, space_degree
+from iceslide_fem.mechanics.facing import Facets, FacingWalls, Pressing
+from iceslide_fem.mechanics.self_contact_friction import (
     Sticking,
     StickPoints,
     friction_stiffness,

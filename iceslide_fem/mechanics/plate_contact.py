@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from iceslide_fem.fenics.compat import MPI, PETSc
-from iceslide_fem.rubber.contact_surface import contact_surface
+from iceslide_fem.mechanics.contact_surface import contact_surface
 from iceslide_fem.runtime.arrays import Array, Index
 
 DEGREE, PIECES = 5, 2
