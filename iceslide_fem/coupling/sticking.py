@@ -10,7 +10,8 @@ with the strength S of the friction law,
 
 the radial return of elastoplastic friction (P. Wriggers, Computational Contact Mechanics, 2nd ed.,
 Springer 2006, sec. 10.5). S is that at the speed of slip to the side of tau, or at rest. The spring
-yields by S / eps, at most a hundredth of what the block's height does (`mechanics.contact.penalty`).
+yields by S / eps, at most a hundredth of what the block's height does
+(`mechanics.contact.penalty`).
 
 The law and its film see the slip of a point, without direction. Points that stick have the slip
 speed `RESTS` there: its heat is nothing, and errors of their films keep a weight. Nodes of the ice
