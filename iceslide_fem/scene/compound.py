@@ -106,8 +106,10 @@ class Compound(Table):
             ("wlf", "shift_factors", "one of them"),
         ):
             if getattr(self, one) is not None and getattr(self, other) is not None:
+                named = f' = "{self.compound}"' if one == "compound" else ""
                 raise ValueError(
-                    f"{place}.{one} and {place}.{other} contradict each other; allowed: {allowed}"
+                    f"{place}.{one}{named} and {place}.{other} contradict each other; allowed: "
+                    f"{allowed}"
                 )
         if self.compound is not None:
             return self
