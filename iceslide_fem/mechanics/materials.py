@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from iceslide_fem.fenics import compat
-from iceslide_fem.fenics.compat import fem
+from iceslide_fem.fenics.compat import PETSc, fem
 from iceslide_fem.mesh.gmsh_model import DistributedMesh
 from iceslide_fem.relaxation.prony import Relaxation
-from iceslide_fem.runtime.arrays import Index
+from iceslide_fem.runtime.arrays import Array, Index
 from iceslide_fem.scene.materials import MooneyRivlin
 
 
@@ -28,29 +28,36 @@ class Material(NamedTuple):
 class Materials:
     """The materials of a mesh, cell by cell.
 
-    constants, density: piecewise constant Functions; regions: of each cell of this rank, ghosts
-    included, by its number from 0 on in the order of the materials.
+    constants, density: of the forms; one material has form constants, which cost an assembly least,
+    several have piecewise constant Functions. regions: of each cell of this rank, ghosts included,
+    by its number from 0 on in the order of the materials.
     """
 
     def __init__(self, block: DistributedMesh, materials: Mapping[str, Material]) -> None:
         """materials: of each region of `block`. Collective."""
-        space = compat.cellwise_space(block.mesh)
-        self._dofs = compat.cell_dofs(space)[:, 0]
+        dim = block.mesh.topology.dim
+        cells = block.mesh.topology.index_map(dim)
+        self.regions = np.zeros(cells.size_local + cells.num_ghosts, dtype=np.int32)
         self._regions = [
             (materials[name], block.cell_tags.find(number))
             for name, number in block.regions.items()
         ]
-        fields: list[Any] = [fem.Function(space) for _ in range(4)]
-        self.regions = np.zeros(len(self._dofs), dtype=np.int32)
-        for number, ((constants, _, density), cells) in enumerate(self._regions):
-            self.regions[cells] = number
-            values = constants.C10, constants.C01, constants.D1, density
-            for field, value in zip(fields, values, strict=True):
-                field.x.array[self._dofs[cells]] = value
-        for field in fields:
-            field.x.scatter_forward()
-        self._fields, self.density = fields[:3], fields[3]
-        self.constants = MooneyRivlin(*self._fields)
+        for number, (_, here) in enumerate(self._regions):
+            self.regions[here] = number
+        self._values = np.array(
+            [(each.C10, each.C01, each.D1, density) for (each, _, density), _ in self._regions]
+        )
+        fields = [self._field(block.mesh, column) for column in self._values.T]
+        self.constants, self.density = MooneyRivlin(*fields[:3]), fields[3]
+
+    def _field(self, mesh: Any, values: Array) -> Any:
+        """A form constant, or a Function with one of the `values` in each region."""
+        if np.ptp(values) == 0.0:
+            return fem.Constant(mesh, PETSc.ScalarType(values[0]))
+        space = compat.cellwise_space(mesh)
+        field = fem.Function(space)
+        field.x.array[compat.cell_dofs(space)[:, 0]] = values[self.regions]
+        return field
 
     @property
     def several(self) -> bool:
@@ -75,5 +82,5 @@ class Materials:
 
     def at_cells(self, cells: Index) -> MooneyRivlin:
         """Constants of local `cells` (c,), as arrays (c, 1)."""
-        dofs = self._dofs[cells, None]
-        return MooneyRivlin(*(np.real(field.x.array)[dofs] for field in self._fields))
+        C10, C01, D1, _ = self._values[self.regions[cells]].T[..., None]
+        return MooneyRivlin(C10, C01, D1)
