@@ -20,7 +20,7 @@ pytestmark = pytest.mark.quick
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "docs"
 PAGES = [*sorted(ROOT.glob("*.md")), *sorted(DOCS.rglob("*.md"))]
-MOST_WORDS = 31_500  # outside what is generated
+MOST_WORDS = 32_000  # outside what is generated
 
 
 def reference():

@@ -17,7 +17,7 @@ from iceslide_fem.postprocess.report.page import (
     Text,
 )
 
-CELSIUS = "°C"  # whose percent mean nothing
+CELSIUS, SECONDS = "°C", "seconds"  # whose percent mean nothing
 _NUMBER = re.compile(r"([+-]?\d+(?:\.\d*)?(?:e[+-]?\d+)?)(.*)", re.DOTALL)
 
 
@@ -95,7 +95,9 @@ def _one_below_the_other(caption: str, tables: Mapping[str, Table]) -> Table:
 def _against(text: str, first: str, label: str) -> Cell:
     """The text with its difference in percent, if both are different numbers of one unit."""
     here, there = _NUMBER.fullmatch(text), _NUMBER.fullmatch(first)
-    if text == first or CELSIUS in f"{label}{text}" or here is None or there is None:
+    if text == first or CELSIUS in f"{label}{text}" or label == SECONDS:
+        return Cell(text)
+    if here is None or there is None:
         return Cell(text)
     if here[2] != there[2] or not float(there[1]):
         return Cell(text)
