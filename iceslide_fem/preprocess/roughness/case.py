@@ -22,7 +22,7 @@ from iceslide_fem.relaxation.prony import Prony, Relaxation
 from iceslide_fem.relaxation.shift import AnyShift, NoShift, Shift
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.units import ZERO_CELSIUS, to_si
-from iceslide_fem.scene import Scene, load_scene
+from iceslide_fem.scene import Rubber
 from iceslide_fem.scene.command_options import (
     CommandOptions,
     Number,
@@ -161,35 +161,35 @@ class Material(NamedTuple):
 
 def material(case: RoughnessCase) -> Material:
     """The rubber of a case. Raises SceneError, one sentence."""
-    scene = None if case.scene is None else load_scene(case.scene)
-    name, modulus = _elastic(case, scene)
+    rubber = None if case.scene is None else rubber_in(case.scene)
+    name, modulus = _elastic(case, rubber)
     if not case.ages:
         return Material(name, modulus)
-    relaxation = _relaxation(case, scene)
+    relaxation = _relaxation(case, rubber)
     if case.prony is not None and case.modulus_is == "long-term":
         modulus /= relaxation.prony.long_term
     return Material(name, modulus, relaxation.prony, _stretched(case, relaxation.shift))
 
 
-def _elastic(case: RoughnessCase, scene: Scene | None) -> tuple[str, float]:
+def _elastic(case: RoughnessCase, rubber: Rubber | None) -> tuple[str, float]:
     """Name and E* (Pa), incompressible by default; instantaneous for a scene with a series."""
     if case.modulus is not None:
         return f"E = {case.modulus / 1e6:.4g} MPa", case.modulus / 0.75
     compound: str = case.compound or "B"
-    if scene is not None:
-        rubber = scene.mooney_rivlin
-        if scene.rubber.compound is None:
-            modulus = rubber.youngs_modulus / (1.0 - rubber.poissons_ratio**2)
+    if rubber is not None:
+        if rubber.compound is None:
+            elastic = rubber.constants()
+            modulus = elastic.youngs_modulus / (1.0 - elastic.poissons_ratio**2)
             return f"the rubber of {case.scene}", modulus
-        compound = scene.rubber.compound
+        compound = rubber.compound
     stiffer = 1.0
-    if scene is not None and scene.rubber.modulus_is == "long-term":
-        assert scene.rubber.relaxation is not None  # by its validation
-        stiffer = 1.0 / scene.rubber.relaxation.prony.long_term
+    if rubber is not None and rubber.modulus_is == "long-term":
+        assert rubber.relaxation is not None  # by its validation
+        stiffer = 1.0 / rubber.relaxation.prony.long_term
     return f"compound {compound}", stiffer * YOUNGS_MODULUS[compound] / 0.75
 
 
-def _relaxation(case: RoughnessCase, scene: Scene | None) -> Relaxation:
+def _relaxation(case: RoughnessCase, rubber: Rubber | None) -> Relaxation:
     """Arms and shift, from --prony or from the scene."""
     shift: AnyShift = NoShift() if case.wlf is None else Shift(*case.wlf)
     if isinstance(case.prony, tuple):
@@ -197,8 +197,8 @@ def _relaxation(case: RoughnessCase, scene: Scene | None) -> Relaxation:
     if case.prony is not None:
         found, said = rubber_in(case.prony).relaxation, str(case.prony)
     else:
-        assert scene is not None  # by the case's validation
-        found, said = scene.rubber.relaxation, str(case.scene)
+        assert rubber is not None  # by the case's validation
+        found, said = rubber.relaxation, str(case.scene)
     if found is None:
         raise SceneError(f"the rubber of {said} is elastic, and --age asks for one that relaxes")
     return found if case.wlf is None else Relaxation(found.prony, shift)
