@@ -24,6 +24,7 @@ from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc, fem, solve_linear, take_options
 from iceslide_fem.heat.elements import LayeredElements, QuadraticElements, product
 from iceslide_fem.mesh.gmsh_model import DistributedMesh
+from iceslide_fem.mesh.regions import field_by_region
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.runtime.errors import NotConverged
 from iceslide_fem.scene.materials import Solid
@@ -161,16 +162,9 @@ class HeatEquation:
 
 def of_regions(body: DistributedMesh, solids: Mapping[str, Solid]) -> Properties:
     """Properties of a body with one of the `solids` in each region. Collective."""
-    space = compat.cellwise_space(body.mesh)
-    conductivity, capacity = fem.Function(space), fem.Function(space)
-    for name, number in body.regions.items():
-        solid, cells = solids[name], body.cell_tags.find(number)
-        dofs = compat.cell_dofs(space)[cells, 0]
-        conductivity.x.array[dofs] = solid.conductivity
-        capacity.x.array[dofs] = solid.density * solid.heat_capacity
-    for function in (conductivity, capacity):
-        function.x.scatter_forward()
-    return Properties(conductivity, capacity)
+    conductivity = {name: solid.conductivity for name, solid in solids.items()}
+    capacity = {name: solid.density * solid.heat_capacity for name, solid in solids.items()}
+    return Properties(field_by_region(body, conductivity), field_by_region(body, capacity))
 
 
 MOST_ITERATIONS = 2000

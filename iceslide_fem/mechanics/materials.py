@@ -7,11 +7,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import PETSc, fem
 from iceslide_fem.mesh.gmsh_model import DistributedMesh
+from iceslide_fem.mesh.regions import field_by_region
 from iceslide_fem.relaxation.prony import Relaxation
-from iceslide_fem.runtime.arrays import Array, Index
+from iceslide_fem.runtime.arrays import Index
 from iceslide_fem.scene.materials import MooneyRivlin
 
 
@@ -47,17 +47,11 @@ class Materials:
         self._values = np.array(
             [(each.C10, each.C01, each.D1, density) for (each, _, density), _ in self._regions]
         )
-        fields = [self._field(block.mesh, column) for column in self._values.T]
+        fields = [
+            _field(block, dict(zip(block.regions, column.tolist(), strict=True)))
+            for column in self._values.T
+        ]
         self.constants, self.density = MooneyRivlin(*fields[:3]), fields[3]
-
-    def _field(self, mesh: Any, values: Array) -> Any:
-        """A form constant, or a Function with one of the `values` in each region."""
-        if np.ptp(values) == 0.0:
-            return fem.Constant(mesh, PETSc.ScalarType(values[0]))
-        space = compat.cellwise_space(mesh)
-        field = fem.Function(space)
-        field.x.array[compat.cell_dofs(space)[:, 0]] = values[self.regions]
-        return field
 
     @property
     def several(self) -> bool:
@@ -84,3 +78,11 @@ class Materials:
         """Constants of local `cells` (c,), as arrays (c, 1)."""
         C10, C01, D1, _ = self._values[self.regions[cells]].T[..., None]
         return MooneyRivlin(C10, C01, D1)
+
+
+def _field(block: DistributedMesh, values: Mapping[str, float]) -> Any:
+    """A form constant where all regions have one value, else a Function."""
+    first, *others = set(values.values())
+    if others:
+        return field_by_region(block, values)
+    return fem.Constant(block.mesh, PETSc.ScalarType(first))
