@@ -99,18 +99,6 @@ class Compound(Table):
     def _one_description(self) -> Self:
         place = self.place
         given = [name for name in ("C10", "C01", "D1", "nu") if getattr(self, name) is not None]
-        for one, other, allowed in (
-            ("D1", "nu", "one of them"),
-            ("compound", "C10", "the compound or the constants"),
-            ("compound", "C01", "the compound or the constants"),
-            ("wlf", "shift_factors", "one of them"),
-        ):
-            if getattr(self, one) is not None and getattr(self, other) is not None:
-                named = f' = "{self.compound}"' if one == "compound" else ""
-                raise ValueError(
-                    f"{place}.{one}{named} and {place}.{other} contradict each other; allowed: "
-                    f"{allowed}"
-                )
         if self.compound is not None:
             return self
         if len(given) < 3:

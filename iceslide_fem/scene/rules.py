@@ -7,9 +7,8 @@ from __future__ import annotations
 
 from functools import reduce
 from itertools import product
+from types import SimpleNamespace
 from typing import Any, NamedTuple
-
-from pydantic import BaseModel
 
 from iceslide_fem.scene.film import RESIDUAL
 
@@ -27,7 +26,7 @@ class Is(NamedTuple):
     above: float | None = None
     shown: str = ""
 
-    def holds(self, scene: BaseModel) -> bool:
+    def holds(self, scene: Any) -> bool:
         """Whether the scene has it."""
         value = self.of(scene)
         if self.values:
@@ -36,7 +35,7 @@ class Is(NamedTuple):
             return value not in self.besides
         return bool(value) if self.above is None else value > self.above
 
-    def of(self, scene: BaseModel) -> Any:
+    def of(self, scene: Any) -> Any:
         """The value of the key."""
         return reduce(getattr, self.key.split("."), scene)
 
@@ -66,7 +65,7 @@ class Rule(NamedTuple):
     allowed: str = "one of them"
     where: tuple[Is, ...] = ()
 
-    def fault(self, scene: BaseModel) -> str | None:
+    def fault(self, scene: Any) -> str | None:
         """The sentence about a scene in which all conditions hold, else None."""
         if not all(one.holds(scene) for one in (*self.where, *self.named)):
             return None
@@ -115,7 +114,23 @@ def _passing(key: Is) -> tuple[Rule, ...]:
     )  # fmt: skip
 
 
+def _number(key: str) -> Is:
+    """Whether a number is given, 0 too."""
+    return Is(key, besides=(None,), shown=key)
+
+
+# Of the rubber that touches the ice, and of each of its layers.
+OF_COMPOUNDS = (
+    Rule((_number("rubber.D1"), _number("rubber.nu")), "", "one of them"),
+    *(
+        Rule((Is("rubber.compound"), _number(key)), "", "the compound or the constants")
+        for key in ("rubber.C10", "rubber.C01")
+    ),
+    Rule((Is("rubber.wlf"), Is("rubber.shift_factors")), "", "one of them"),
+)  # fmt: skip
+
 RULES = (
+    *OF_COMPOUNDS,
     Rule((Is("rubber.layers"), Is("model", ("point", "auto"))),
          "a point is the rubber that touches the ice", FE),
     Rule((Is("rubber.prony"), Is("rubber.dma")), "",
@@ -245,8 +260,11 @@ RULES = (
 )  # fmt: skip
 
 
-def check_rules(scene: BaseModel) -> None:
-    """Raise ValueError with the first rule that the `scene` breaks."""
+def check_rules(scene: Any) -> None:
+    """Raise ValueError with the first rule that the `scene`, or a layer of its rubber, breaks."""
     for rule in RULES:
         if fault := rule.fault(scene):
             raise ValueError(fault)
+    for layer, rule in product(scene.rubber.layers, OF_COMPOUNDS):
+        if fault := rule.fault(SimpleNamespace(rubber=layer)):
+            raise ValueError(fault.replace("rubber.", f"{layer.place}."))
