@@ -24,11 +24,10 @@ from iceslide_fem.app.form import (
     texts_of,
 )
 from iceslide_fem.app.runs import Runs
-from iceslide_fem.runs.doubts import before_run
 from iceslide_fem.runs.model_levels import resolved
 from iceslide_fem.runs.notes import notes
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.workflow.planning.cost import expected
+from iceslide_fem.workflow.planning.cost import foreseen
 from iceslide_fem.workflow.planning.info import describe
 
 Asked = Mapping[str, Any]
@@ -115,7 +114,7 @@ class Answers:
             return {
                 "title": f"{scene.name} ({scene.model}, {scene.ice.heat} ice)",
                 "rows": [row._asdict() for row in describe(scene)],
-                "notes": [*before_run(scene), *expected(scene)],
+                "notes": foreseen(scene),
             }
 
     def run(self, asked: Asked) -> dict[str, Any]:

@@ -13,8 +13,9 @@ from pydantic.fields import FieldInfo
 
 from iceslide_fem.commands.report import NoReport
 from iceslide_fem.runtime.options import Force, folder_option
-from iceslide_fem.scene.command_options import OF_SCENES, CommandOptions, scene_keys
+from iceslide_fem.scene.command_options import CommandOptions, scene_keys
 from iceslide_fem.scene.fields import default_text, number_of
+from iceslide_fem.scene.variation import FIELDS
 
 
 def command(
@@ -53,7 +54,7 @@ def command(
 def _parameter(key: str, field: FieldInfo, group: str) -> inspect.Parameter:
     about = field.json_schema_extra if isinstance(field.json_schema_extra, dict) else {}
     keys = scene_keys(field)
-    meant = OF_SCENES[keys[0]] if len(keys) == 1 else field
+    meant = FIELDS[keys[0]] if len(keys) == 1 else field
     default = default_text(meant if field.default == meant.default else field)
     metavar = str(about.get("metavar") or _metavar(meant))
     words, label = field.description or "", str(field.alias)

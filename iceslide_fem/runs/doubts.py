@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable
 from math import sqrt
+from typing import TypeVar
 
 from iceslide_fem.runs.notes import notes
 from iceslide_fem.runs.simplifications import model_doubts
@@ -14,6 +17,8 @@ from iceslide_fem.scene.distribution import inputs_of
 # columns change the mean mu by 0.8 %, and cold ice beside the contact changes it by 2.7 % (slice of
 # thesis_1bar; docs/validation/published.md).
 LATERAL_FRACTION = 0.1
+
+Name = TypeVar("Name")
 
 
 def before_run(scene: Scene) -> list[str]:
@@ -28,6 +33,14 @@ def before_run(scene: Scene) -> list[str]:
     if scene.model == "point":
         return found
     return found + _sides(scene) + _passing(scene) + model_doubts(scene)
+
+
+def by_kind(said: Iterable[tuple[Name, str]]) -> list[list[tuple[Name, str]]]:
+    """Sentences with the names of who says them, those together that differ in numbers only."""
+    kinds: dict[str, list[tuple[Name, str]]] = {}
+    for name, sentence in said:
+        kinds.setdefault(re.sub(r"[\d.]+", "#", sentence), []).append((name, sentence))
+    return list(kinds.values())
 
 
 def sideways(scene: Scene) -> float:

@@ -20,15 +20,15 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.scene.fields import leaves, number_of, number_text, quantity_of, typed
+from iceslide_fem.scene.fields import number_of, number_text, quantity_of, typed
 from iceslide_fem.scene.messages import first_sentence
 from iceslide_fem.scene.model import Scene, scene_from_dict
 from iceslide_fem.scene.nested import put
 from iceslide_fem.scene.rows import RowsOf, names_a_file
 from iceslide_fem.scene.rules import Is, Rule
 from iceslide_fem.scene.units import Quantity
+from iceslide_fem.scene.variation import FIELDS, quantity_or_none
 
-OF_SCENES = dict(leaves(Scene))
 DIGITS = 5  # of values that are shown
 # Keys of options, what they are of, and the key of the option that asks for it.
 Part = tuple[Sequence[str], str, str]
@@ -73,7 +73,7 @@ def scene_option(*keys: str, text: str = "", metavar: str = "", **more: Any) -> 
     keys it is their values, separated by commas. text: of help, by default the first sentence of
     the key's meaning; metavar, more: as for `option`.
     """
-    of_scene = OF_SCENES[keys[0]]
+    of_scene = FIELDS[keys[0]]
     meaning = re.sub(r"`\w+\.(\w+)`", lambda name: option_name(name[1]), of_scene.description or "")
     text = text or f"{meaning.removesuffix('.').partition('. ')[0]}.{_or_file(keys[0])}"
     field = option(more.pop("default", of_scene.default), text, metavar, **more)
@@ -85,13 +85,13 @@ def scene_option(*keys: str, text: str = "", metavar: str = "", **more: Any) -> 
 
 def _or_file(key: str) -> str:
     """Words of help on the rows of a `key`, if it takes them."""
-    quantity = quantity_of(OF_SCENES[key])
+    quantity = quantity_of(FIELDS[key])
     return f" Or a CSV file over the {quantity.what}." if isinstance(quantity, RowsOf) else ""
 
 
 def _read_one(key: str) -> Callable[[Any], Any]:
     """A function that reads what is typed for a `key`; the rows of a file are left to the scene."""
-    quantity, number = quantity_of(OF_SCENES[key]), number_of(OF_SCENES[key])
+    quantity, number = quantity_of(FIELDS[key]), quantity_or_none(key)
 
     def read(value: Any) -> Any:
         if isinstance(quantity, RowsOf) and names_a_file(value):
@@ -275,4 +275,4 @@ def _quantity(field: FieldInfo) -> Quantity | None:
     """The quantity of an option that is one number of a scene, or a length of its own."""
     extra: Any = field.json_schema_extra or {}
     keys = extra.get("keys", ())
-    return number_of(OF_SCENES[keys[0]]) if len(keys) == 1 else number_of(field)
+    return quantity_or_none(keys[0]) if len(keys) == 1 else number_of(field)

@@ -15,7 +15,7 @@ from iceslide_fem.scene.messages import dotted_keys, unknown_key
 from iceslide_fem.scene.model import Scene
 from iceslide_fem.scene.units import Quantity
 
-_FIELDS = dict(leaves(Scene))
+FIELDS = dict(leaves(Scene))  # by dotted key
 
 
 class Parameter(NamedTuple):
@@ -41,12 +41,18 @@ def parameter(key: str) -> Parameter:
 
 def quantity(key: str) -> Quantity:
     """Unit and range of the dotted `key` as a user types them. Raises SceneError without any."""
-    if key not in _FIELDS:
-        raise SceneError(unknown_key(key, list(_FIELDS)))
-    found = number_of(_FIELDS[key])
+    if key not in FIELDS:
+        raise SceneError(unknown_key(key, list(FIELDS)))
+    found = quantity_or_none(key)
     if found is None:
         raise SceneError(f"{key} is not a number")
     return found
+
+
+def quantity_or_none(key: str) -> Quantity | None:
+    """The same, None without any."""
+    field = FIELDS.get(key)
+    return None if field is None else number_of(field)
 
 
 def unit_of(key: str) -> str | None:

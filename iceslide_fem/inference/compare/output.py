@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -15,6 +14,7 @@ from iceslide_fem.inference.compare.ratios import Ratio, flags, sentence
 from iceslide_fem.inference.compare.values import Values
 from iceslide_fem.postprocess.report.page import Chart, Curve
 from iceslide_fem.preprocess.work import csv_text
+from iceslide_fem.runs.doubts import by_kind
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.files import replace_file
 from iceslide_fem.runtime.units import ZERO_CELSIUS
@@ -123,11 +123,8 @@ def figures(case: CompareCase, found: Comparison) -> dict[str, Any]:
 
 def _grouped(doubts: Sequence[tuple[str, str]]) -> list[str]:
     """Warnings that differ in numbers only as one, with the names that have them."""
-    kinds: dict[str, dict[str, str]] = {}
-    for name, doubt in doubts:
-        kinds.setdefault(re.sub(r"[\d.]+", "#", doubt), {})[name] = doubt
     said = []
-    for by_name in kinds.values():
+    for by_name in map(dict, by_kind(doubts)):
         first, *others = by_name
         more = f" and {len(others)} more" if others else ""
         said.append(f"{first}{more}: {by_name[first]}")

@@ -18,7 +18,6 @@ from iceslide_fem.preprocess.wheel.case import WheelCase
 from iceslide_fem.preprocess.wheel.peak import peak_and_locked
 from iceslide_fem.preprocess.wheel.stops import deceleration_on, table_of_stop
 from iceslide_fem.preprocess.wheel.tread import stiffness_of
-from iceslide_fem.runs.doubts import before_run
 from iceslide_fem.runs.many_points import OUTPUTS as OF_POINTS
 from iceslide_fem.runs.many_points import friction
 from iceslide_fem.runtime.arrays import Array
@@ -26,7 +25,7 @@ from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.runtime.launch import available_cores
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.variation import with_values
-from iceslide_fem.workflow.planning.cost import expected
+from iceslide_fem.workflow.planning.cost import foreseen
 from iceslide_fem.workflow.sweep.processes import compute_all
 from iceslide_fem.workflow.sweep.table import DONE
 
@@ -97,8 +96,7 @@ def _scenes(
             found[key][points] = getattr(mu, key)[:, 0]
         why += [f"{names[points[at]]}: {reason}" for (at, _), reason in mu.failures.items()]
         for at in points:
-            notes = [*before_run(scenes[at]), *expected(scenes[at])]
-            doubts += [(names[at], note) for note in notes]
+            doubts += [(names[at], note) for note in foreseen(scenes[at])]
     others = {name: number for number, name in enumerate(names) if number not in points}
     outcomes = compute_all(folder, {name: scenes[number] for name, number in others.items()})
     for name, outcome in outcomes.items():

@@ -217,7 +217,7 @@ def _numbers(page: Page) -> dict[str, Any]:
                 "y": part.y,
                 "logarithmic": part.logarithmic,
                 "bands": [list(band) for band in part.bands],
-                "curves": [_curve(curve) for curve in part.curves],
+                "curves": [drawn_curve(curve) for curve in part.curves],
             }
         elif isinstance(part, HeatMap):
             (x, y), values = drawn(part)
@@ -262,7 +262,8 @@ def _is_wide(part: Chart | HeatMap) -> bool:
     return part.equal and width > LONG * height
 
 
-def _curve(curve: Curve) -> dict[str, Any]:
+def drawn_curve(curve: Curve) -> dict[str, Any]:
+    """A curve with the points that a page draws."""
     x, y = thinned(curve.x, curve.y)
     return curve._asdict() | {"x": plain(x), "y": plain(y)}
 

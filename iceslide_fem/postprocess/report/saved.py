@@ -20,8 +20,7 @@ from iceslide_fem.postprocess.report.page import (
     Section,
     Table,
     drawn,
-    plain,
-    thinned,
+    drawn_curve,
 )
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.files import replace_file
@@ -57,18 +56,13 @@ def _written(part: Part) -> dict[str, Any]:
     """A part with its kind."""
     values = part._asdict()
     if isinstance(part, Chart):
-        values["curves"] = [_curve(curve) for curve in part.curves]
+        values["curves"] = [drawn_curve(curve) for curve in part.curves]
     if isinstance(part, HeatMap):
         values["places"], values["values"] = drawn(part)
         if part.marked is not None:
             marks = np.asarray(part.marked, dtype=float)
             values["marked"] = drawn(part._replace(values=marks))[1]
     return {"part": type(part).__name__, **values}
-
-
-def _curve(curve: Curve) -> dict[str, Any]:
-    x, y = thinned(curve.x, curve.y)
-    return curve._asdict() | {"x": plain(x), "y": plain(y)}
 
 
 def _read(values: dict[str, Any]) -> Part:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -14,10 +13,10 @@ from iceslide_fem.runtime.curve import Curve
 from iceslide_fem.runtime.errors import IceslideError
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import Scene, as_toml, flat, scene_from_dict
-from iceslide_fem.scene.fields import leaves, number_of, number_text
+from iceslide_fem.scene.fields import number_text
 from iceslide_fem.scene.materials import BAR
 from iceslide_fem.scene.toml import without_none
-from iceslide_fem.scene.units import Quantity
+from iceslide_fem.scene.variation import quantity_or_none
 
 if TYPE_CHECKING:
     from iceslide_fem.runs.simplifications import Simplification
@@ -215,18 +214,13 @@ def all_keys(scenes: Mapping[str, Mapping[str, Any]], only_different: bool = Fal
     return Table("Scenes as resolved", ["key", *scenes], rows)
 
 
-@cache
-def _quantities() -> dict[str, Quantity | None]:
-    return {key: number_of(field) for key, field in leaves(Scene)}
-
-
 def _shown(value: Any, key: str) -> str:
     if value is None:
         return "–"
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, float):
-        return number_text(value, _quantities().get(key), DIGITS)
+        return number_text(value, quantity_or_none(key), DIGITS)
     if isinstance(value, list) and not any(isinstance(each, list) for each in value):
         return ", ".join(map(str, value)) or "none"
     return str(value)

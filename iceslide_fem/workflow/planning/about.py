@@ -7,9 +7,8 @@ from html import escape
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
-from iceslide_fem.runs.doubts import before_run
 from iceslide_fem.scene import Scene
-from iceslide_fem.workflow.planning.cost import expected
+from iceslide_fem.workflow.planning.cost import foreseen
 from iceslide_fem.workflow.planning.info import describe
 from iceslide_fem.workflow.planning.passes import Row
 
@@ -71,4 +70,4 @@ def about(scene: Scene) -> About:
     Raises SceneError if the user's mesh is unsuitable.
     """
     rows = tuple(describe(scene))
-    return About(scene.name, scene.model, rows, (*before_run(scene), *expected(scene)))
+    return About(scene.name, scene.model, rows, tuple(foreseen(scene)))

@@ -20,6 +20,7 @@ from iceslide_fem.film.conditions import scene_passes
 from iceslide_fem.film.doubts import WITHOUT_MELTING
 from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.output.table import HistoryRow
+from iceslide_fem.runs.doubts import before_run
 from iceslide_fem.runs.notes import ENVELOPE, LARGEST_FRICTION
 from iceslide_fem.runs.point import point_history
 from iceslide_fem.runtime.units import readable
@@ -137,6 +138,14 @@ def expected_steps(scene: Scene) -> int:
     ):
         fewest *= times if applies else 1.0
     return scene_passes(scene).number * ceil(fewest - 1e-6)  # against rounding
+
+
+def foreseen(scene: Scene) -> list[str]:
+    """Everything that is in doubt about a scene, and what its run will warn of, without full stop.
+
+    Raises SceneError if a user's mesh is unsuitable.
+    """
+    return before_run(scene) + expected(scene)
 
 
 def expected(scene: Scene) -> list[str]:

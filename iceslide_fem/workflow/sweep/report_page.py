@@ -18,9 +18,10 @@ from iceslide_fem.postprocess.report.page import (
     Table,
     Text,
 )
+from iceslide_fem.runs.doubts import by_kind
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.scene import Scene
-from iceslide_fem.scene.fields import leaves, number_of, typed
+from iceslide_fem.scene.fields import typed
+from iceslide_fem.scene.variation import quantity_or_none
 from iceslide_fem.workflow.sweep.plan import SCENE
 from iceslide_fem.workflow.sweep.plots import (
     charts_of_sweep,
@@ -110,20 +111,21 @@ def warnings_of(data: xr.Dataset, table: pd.DataFrame) -> list[Text]:
         for reason, count in zip(reasons, counts, strict=True)
         if reason
     ]
-    kinds: dict[str, list[tuple[int, str]]] = {}
-    for number, sentences in enumerate(table.get("warnings", []), start=1):
-        for sentence in filter(None, sentences.split("; ")):
-            kinds.setdefault(re.sub(r"[\d.]+", "#", sentence), []).append((number, sentence))
-    for cases in kinds.values():
+    said = [
+        (number, sentence)
+        for number, sentences in enumerate(table.get("warnings", []), start=1)
+        for sentence in filter(None, sentences.split("; "))
+    ]
+    for cases in by_kind(said):
         (number, sentence), *others = sorted(cases, key=lambda case: _numbers(case[1]))
         if not others:
             found.append(Text(f"Case {number}: {sentence}.", "warning"))
             continue
         last, worst = others[-1]
-        said = f"{len(cases)} of {len(table)} cases: {worst} (case {last})"
+        together = f"{len(cases)} of {len(table)} cases: {worst} (case {last})"
         if worst != sentence:
-            said += f"; least in case {number}: {sentence.split(':')[0]}"
-        found.append(Text(f"{said}.", "warning"))
+            together += f"; least in case {number}: {sentence.split(':')[0]}"
+        found.append(Text(f"{together}.", "warning"))
     return found or [Text("Every case is done, and none gave a warning.")]
 
 
@@ -154,9 +156,8 @@ def _versions(table: pd.DataFrame) -> list[Table]:
 def _command(data: xr.Dataset, keys: list[str]) -> str:
     files = [data.attrs.get("name") or "SCENE"]
     words = []
-    quantities = {name: number_of(field) for name, field in leaves(Scene)}
     for key in keys:
-        values = [typed(value, quantities.get(key)) for value in data[key].values.tolist()]
+        values = [typed(value, quantity_or_none(key)) for value in data[key].values.tolist()]
         if key == SCENE:
             files = values
         elif any(data[other].dims == (key,) for other in data.coords if other != key):
