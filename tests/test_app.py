@@ -507,7 +507,7 @@ GAUSSIAN_FIELDS = ["gaussian.1", "gaussian.0", "gaussian.2"]
         ("scene", {"rubber.C10": "1 MPa"}, ["rubber.compound", "rubber.C10"], "contradict"),
     ],
 )
-def test_wrong_input_names_its_fields_with_the_sentence_of_the_command(
+def test_wrong_input_names_its_fields_and_has_the_words_of_the_page(
     served,
     name,
     texts,
@@ -518,6 +518,7 @@ def test_wrong_input_names_its_fields_with_the_sentence_of_the_command(
     status, answer = served.ask(name, texts=whole | texts)
     assert status == 422 and words in answer["sentence"]
     assert answer["keys"] == keys
+    assert "--" not in answer["sentence"]
 
 
 @pytest.mark.quick

@@ -298,6 +298,26 @@ def test_finer_cells_and_other_ones(treads):
         tagged_rubber(scene(treads, "tapered", step_cells="hexahedra"))
 
 
+@pytest.mark.parametrize(("name", "sipes"), [("plain", ()), ("sipes4", (-6, -2, 2, 6))])
+def test_straight_treads_have_the_cells_of_built_in_ones(treads, name, sipes):
+    drawn = tagged_rubber(scene(treads, name))
+    size = {"length": 1e-3 * L, "width": 1e-3 * W, "height": 1e-3 * H}
+    cuts = [{"position": 1e-3 * x, "width": 0.4e-3, "depth": 6e-3} for x in sipes]
+    same = scene(treads, name).model_dump(exclude_unset=True)
+    same["rubber"] = {"compound": "B", **size, "sipes": cuts}
+    built_in = tagged_rubber(scene_from_dict(same))
+
+    def middles(facets, tagged):
+        found = np.round(1e6 * tagged.points[facets].mean(axis=1))
+        return found[np.lexsort(found.T)]
+
+    np.testing.assert_array_equal(middles(drawn.cells, drawn), middles(built_in.cells, built_in))
+    assert drawn.facets.keys() == built_in.facets.keys()
+    for part, facets in drawn.facets.items():
+        of_other = middles(built_in.facets[part], built_in)
+        np.testing.assert_array_equal(middles(facets, drawn), of_other)
+
+
 def test_layers_follow_sections_of_any_outline(treads):
     """Round blind holes and a groove across of another depth: cells end at each of their ends."""
     tagged = tagged_rubber(scene(treads, "holes"))

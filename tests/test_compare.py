@@ -12,6 +12,7 @@ from iceslide_fem.inference.compare.candidates import Condition, read_candidates
 from iceslide_fem.inference.compare.inputs import BAND, read_inputs
 from iceslide_fem.inference.compare.ratios import Ratio, flags, sentence
 from iceslide_fem.inference.compare.values import values_of_scenes
+from iceslide_fem.runs.doubts import by_kind, in_ranges
 from iceslide_fem.runs.many_points import friction
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.variation import with_values
@@ -107,6 +108,18 @@ def test_sentences_are_plain():
     )
     alone = sentence("B", "REF", False, {"as given": Ratio(0.9, 0.0)})
     assert alone == "B has 10 % less friction."
+
+
+def test_warnings_that_differ_in_numbers_are_one_with_their_ranges():
+    said = [
+        "the film is 2.5 nm high; allowed: 5",
+        "the film is 0.9 nm high; allowed: 5",
+        "there is no water",
+    ]
+    film, water = by_kind(zip("abc", said, strict=True))
+    assert [name for name, _ in film] == ["a", "b"] and water == [("c", said[2])]
+    together = "the film is 0.9 to 2.5 nm high; allowed: 5"
+    assert in_ranges([each for _, each in film]) == together
 
 
 def test_rules_for_tyres_are_said():

@@ -31,6 +31,7 @@ from iceslide_fem.postprocess.report.curves import (  # noqa: E402
 from iceslide_fem.postprocess.report.of_pages import page_of_pages  # noqa: E402
 from iceslide_fem.postprocess.report.of_runs import verdict  # noqa: E402
 from iceslide_fem.postprocess.report.page import (  # noqa: E402
+    OPTIONS,
     Cell,
     Chart,
     Curve,
@@ -411,6 +412,7 @@ def test_fields_are_those_that_were_written(pages):
         (["."], "holds nothing to report"),
         (["point", "point"], "the same folder is given twice"),
         (["point", "--out", "page.txt"], "give a file that ends in .html"),
+        (["point", "--title", " "], "a title is a text"),
     ],
 )
 def test_wrong_input_is_a_sentence(pages, arguments, words, monkeypatch, capsys, tmp_path):
@@ -419,6 +421,12 @@ def test_wrong_input_is_a_sentence(pages, arguments, words, monkeypatch, capsys,
     assert exit_code("report", *arguments) == 2
     said = capsys.readouterr()
     assert words in said.err and said.err.count("\n") == 1 and said.out == ""
+
+
+def test_a_page_may_have_a_title_of_its_own(pages, tmp_path):
+    out = tmp_path / "own.html"
+    assert exit_code("report", pages["point"].parent, "--title", "Winter <1>", "--out", out) == 0
+    assert "<title>Winter &lt;1&gt;" in out.read_text("utf-8")
 
 
 def test_no_report_and_a_page_that_cannot_be_written(tmp_path, monkeypatch, capsys):
@@ -539,7 +547,8 @@ def a_page(mu, curve, degrees):
     ]
     chart = Chart("mu", "Friction", "Of a wheel.", "slip", "mu", [Curve("", [0.0, 1.0], curve)])
     heat = HeatMap("map", "Pressure", "", "x", "y", "bar", ([0, 1], [0]), [[1.0, np.nan]])
-    parts = [Text("--temperature=-4degC", "code")]
+    options = [[Cell("--temperature"), Cell(degrees)], [Cell("--speed"), Cell("3 m/s")]]
+    parts = [Text("--temperature=-4degC", "code"), Table(OPTIONS, ["option", "value"], options)]
     sections = [
         Section("results", "Results", tables),
         Section("warnings", "Warnings", [Text("Hot.", "warning")]),
@@ -562,23 +571,28 @@ def test_several_pages_are_set_against_the_first():
         "c": a_page("none", [0.2, 0.3], "-4 °C"),
     }
     page = page_of_pages(pages, "iceslide report a b c")
-    beside, below, *_ = page.sections[0].parts
+    sections = {section.name: section.parts for section in page.sections}
+    (different,) = sections["scenes"]
+    assert [[cell.text for cell in row] for row in different.rows] == [
+        ["--temperature", "-4 °C", "-8 °C", "-4 °C"]
+    ]
+    beside, below, *_ = sections["results"]
     assert [[cell.text for cell in row] for row in beside.rows] == [
         ["peak mu", "0.20", "0.25 (+25.0%)", "none"],
         ["ice", "-4 °C", "-8 °C", "-4 °C"],
     ]
     assert [cell.text for cell in below.rows[1]] == ["b", "50", "0.25 (+25.0%)", "-8"]
-    chart, *maps = page.sections[1].parts
+    chart, *maps = sections["curves"]
     assert [curve.name for curve in chart.curves] == ["a", "b", "c"] and chart.says == "Of a wheel."
     assert len({part.name for part in maps}) == len(maps) == 3
-    assert page.sections[2].parts[1].words == "b: Hot."
-    assert page.sections[3].parts[0].words == "iceslide report a b c"
+    assert sections["warnings"][1].words == "b: Hot."
+    assert sections["again"][0].words == "iceslide report a b c"
 
 
 def test_a_run_and_a_sweep_are_on_one_page(pages):
     page = page_of([pages["point"].parent, pages["sweep"].parent])
     assert {"Key results", "Cases in the order of the table sweep.csv"} <= {
-        part.caption for part in page.sections[0].parts
+        part.caption for part in page.sections[1].parts
     }
 
 

@@ -9,11 +9,17 @@ from iceslide_fem.workflow.report import report as write
 
 
 @in_python()
-def report(folder: Path | str, *others: Path | str, out: Path | str | None = None) -> Path:
+def report(
+    folder: Path | str,
+    *others: Path | str,
+    out: Path | str | None = None,
+    title: str | None = None,
+) -> Path:
     """Write one page about what is in the folders, as `iceslide report`; returns its path.
 
     A folder is what a run, a sweep or a preprocessor wrote; several are compared with the first.
     `out` is `report.html` in a single folder, else `results/A_against_B.html`, if it is not given.
+    `title` replaces the heading.
 
     Raises `SceneError` with one sentence where there is nothing to report, `OutputError` where the
     page cannot be written.
@@ -24,4 +30,4 @@ def report(folder: Path | str, *others: Path | str, out: Path | str | None = Non
     iceslide_fem.report("results/thesis_point")  # results/thesis_point/report.html
     ```
     """
-    return write([Path(folder), *map(Path, others)], None if out is None else Path(out))
+    return write([Path(folder), *map(Path, others)], None if out is None else Path(out), title)

@@ -52,11 +52,12 @@ class Answers:
         self._meshing = threading.Lock()  # gmsh has one model at a time
 
     @staticmethod
-    def fields_in(name: str, sentence: str) -> list[str]:
-        """Keys of the fields that a `sentence` of the answer `name` is about."""
+    def refused(name: str, sentence: str) -> dict[str, Any]:
+        """A message of the answer `name` in the page's words, and the keys of its fields."""
         if name in (*TABS, "stops"):
-            return TABS.get(name, wheel.TAB).fields_in(sentence)
-        return named_in(sentence, [*form.keys(), "contact"])
+            tab = TABS.get(name, wheel.TAB)
+            return {"sentence": tab.worded(sentence), "keys": tab.fields_in(sentence)}
+        return {"sentence": sentence, "keys": named_in(sentence, [*form.keys(), "contact"])}
 
     def by_name(self) -> dict[str, Callable[[Asked], Any]]:
         """Name in the address -> answer function."""

@@ -142,7 +142,7 @@ def curves(texts: Texts) -> dict[str, Any]:
             "heat_of_water": of_model["heat_into_water_W"] / line.dy,
         }
     return {
-        "notes": figures["warnings"],
+        "notes": [TAB.worded(note) for note in figures["warnings"]],
         "series": series,
         "numbers": numbers,
         "values": TAB.values(case),

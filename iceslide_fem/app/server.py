@@ -150,7 +150,7 @@ async def _answered(request: Request, name: str, answer: Answer) -> Response:
         sentence = str(error)
     finally:
         _hear_signals()
-    return JSONResponse({"sentence": sentence, "keys": Answers.fields_in(name, sentence)}, 422)
+    return JSONResponse(Answers.refused(name, sentence), 422)
 
 
 def _hear_signals() -> None:

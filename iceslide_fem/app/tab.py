@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -89,6 +90,16 @@ class Tab(NamedTuple):
         names = {key: aliases.get(option := key.partition(".")[0], option) for key in self._keys}
         named = named_in(sentence.partition(";")[0], list(names.values()))
         return [key for key, name in names.items() if name in named]
+
+    def worded(self, sentence: str) -> str:
+        """The sentence with labels of fields in place of the command's options."""
+        labels = {slider.key: slider.label for slider in self.sliders} | dict(self.texts)
+        labels |= {key: label for key, label, _ in self.choices}
+        for key, field in self.case.model_fields.items():
+            label = f'"{labels[key]}"' if key in labels else key.replace("_", " ")
+            if (name := str(field.alias)).startswith("--"):
+                sentence = re.sub(rf"(?<![\w-]){name}(?![\w-])", label, sentence)
+        return sentence
 
     @property
     def _keys(self) -> list[str]:

@@ -94,7 +94,7 @@ def curves(texts: Texts) -> dict[str, Any]:
     points = curve.points
     shown = "stop_distance_m" if case.abs else "mu"
     return {
-        "notes": figures["warnings"],
+        "notes": [TAB.worded(note) for note in figures["warnings"]],
         "series": {
             "slip": [point.slip for point in points],
             "mu": [point.mu for point in points],

@@ -34,6 +34,9 @@ def report(
             show_default=False,
         ),
     ] = None,
+    title: Annotated[
+        str | None, typer.Option(help="Heading of the page.", show_default=False)
+    ] = None,
 ) -> dict[str, Any]:
     """Write one page, with all in it, about results: opens in a browser, without a network."""
     if out is not None and not str(out).strip():
@@ -41,7 +44,7 @@ def report(
 
     from iceslide_fem.workflow.report import report as write
 
-    page = write(folders, out)
+    page = write(folders, out, title)
     typer.echo(str(page))
     return {"page": page}
 

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from iceslide_fem.postprocess.report.page import (
+    OPTIONS,
     Cell,
     Chart,
     HeatMap,
@@ -139,7 +140,7 @@ def page_of(
             Section("neglected", "What the model leaves out", [Text(words.left_out)]),
             Section("again", "Run it again", [
                 Text(str(figures.get("command", "")), "code"),
-                Table("All options", ["option", "value"], case),
+                Table(OPTIONS, ["option", "value"], case),
                 versions_of({"": figures}),
             ]),
         ],

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from math import sqrt
 from typing import TypeVar
 
@@ -18,6 +18,7 @@ from iceslide_fem.scene.distribution import inputs_of
 # thesis_1bar; docs/validation/published.md).
 LATERAL_FRACTION = 0.1
 
+NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e[+-]?\d+)?")  # in a sentence
 Name = TypeVar("Name")
 
 
@@ -39,8 +40,19 @@ def by_kind(said: Iterable[tuple[Name, str]]) -> list[list[tuple[Name, str]]]:
     """Sentences with the names of who says them, those together that differ in numbers only."""
     kinds: dict[str, list[tuple[Name, str]]] = {}
     for name, sentence in said:
-        kinds.setdefault(re.sub(r"[\d.]+", "#", sentence), []).append((name, sentence))
+        kinds.setdefault(NUMBER.sub("#", sentence), []).append((name, sentence))
     return list(kinds.values())
+
+
+def in_ranges(sentences: Sequence[str]) -> str:
+    """One sentence for those of a kind: numbers that differ as their smallest and largest one."""
+    of_all = iter(zip(*map(NUMBER.findall, sentences), strict=True))
+
+    def between(_: re.Match[str]) -> str:
+        some = sorted(set(next(of_all)), key=float)
+        return some[0] if len(some) == 1 else f"{some[0]} to {some[-1]}"
+
+    return NUMBER.sub(between, sentences[0])
 
 
 def sideways(scene: Scene) -> float:

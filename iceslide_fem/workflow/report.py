@@ -19,8 +19,8 @@ from iceslide_fem.runtime.files import check_writable, writing
 FILE = "report.html"
 
 
-def report(folders: Sequence[Path], out: Path | None = None) -> Path:
-    """Write the page about the results in the folders; returns its path.
+def report(folders: Sequence[Path], out: Path | None = None, title: str | None = None) -> Path:
+    """Write the page about the results in the folders; returns its path. title: for its own one.
 
     Without `out` it is report.html in a single folder, else a file in results with the names of
     the first two. Raises SceneError if there is nothing to report, OutputError if the page cannot
@@ -32,6 +32,10 @@ def report(folders: Sequence[Path], out: Path | None = None) -> Path:
         raise SceneError(f"--out {out} is no page: give a file that ends in .html")
     check_writable(out.parent)
     page = page_of(folders)
+    if title is not None:
+        if not title.strip():
+            raise SceneError('a title is a text; given: --title ""')
+        page = page._replace(title=title.strip())
     with writing(out):
         out.parent.mkdir(parents=True, exist_ok=True)
     return write_page(out, page)

@@ -14,7 +14,7 @@ from iceslide_fem.inference.compare.ratios import Ratio, flags, sentence
 from iceslide_fem.inference.compare.values import Values
 from iceslide_fem.postprocess.report.page import Chart, Curve
 from iceslide_fem.preprocess.work import csv_text
-from iceslide_fem.runs.doubts import by_kind
+from iceslide_fem.runs.doubts import by_kind, in_ranges
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.files import replace_file
 from iceslide_fem.runtime.units import ZERO_CELSIUS
@@ -22,6 +22,7 @@ from iceslide_fem.scene import flat
 
 TABLE, RUNS = "compare.csv", "cases"
 UNITS = {"deceleration": "m/s²"}
+NAMED = 4  # names before a warning at most
 
 
 class Comparison(NamedTuple):
@@ -124,10 +125,10 @@ def figures(case: CompareCase, found: Comparison) -> dict[str, Any]:
 def _grouped(doubts: Sequence[tuple[str, str]]) -> list[str]:
     """Warnings that differ in numbers only as one, with the names that have them."""
     said = []
-    for by_name in map(dict, by_kind(doubts)):
-        first, *others = by_name
-        more = f" and {len(others)} more" if others else ""
-        said.append(f"{first}{more}: {by_name[first]}")
+    for some in by_kind(doubts):
+        names, sentences = list(dict.fromkeys(name for name, _ in some)), [each for _, each in some]
+        more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
+        said.append(f"{', '.join(names[:NAMED])}{more}: {in_ranges(sentences)}")
     return said
 
 

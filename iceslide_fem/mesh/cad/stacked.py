@@ -13,11 +13,10 @@ import gmsh
 import numpy as np
 
 from iceslide_fem.mesh.box import Grading, reference_cells
-from iceslide_fem.mesh.cad.cells import grade_cells, is_symmetric, shape_of
-from iceslide_fem.mesh.cad.collected import Meshed, elements
+from iceslide_fem.mesh.cad.cells import is_symmetric, shape_of
+from iceslide_fem.mesh.cad.collected import Meshed
+from iceslide_fem.mesh.cad.plan import Plan, plan_cells
 from iceslide_fem.mesh.cad.solids import FLAT, LOOSE, across, box_of
-from iceslide_fem.mesh.gmsh_model import QUADRILATERALS, nodes_of
-from iceslide_fem.mesh.named_cells import KINDS
 from iceslide_fem.mesh.tagged import IntArray, TaggedMesh, outer_facets
 from iceslide_fem.runtime.arrays import Array
 
@@ -41,32 +40,21 @@ def stacked(low: Array, high: Array, levels: Sequence[float], refinement: float)
     symmetric = is_symmetric(float(high[2]))
     block = shape_of(low, high, symmetric)
     cells, reach = reference_cells(block, refinement)
-    stretch = cells[1] / cells[0]
     parts = _plan(low, high, levels, symmetric)
-    faces = gmsh.model.getEntities(2)
-    gmsh.model.occ.dilate(faces, 0.0, 0.0, 0.0, stretch, 1.0, 1.0)
-    gmsh.model.occ.synchronize()
-    curves = [number for _, number in gmsh.model.getEntities(1)]
-    grade_cells("CurvesList", curves, cells[1], reach, QUADRILATERALS)
-    for face in faces:
-        gmsh.model.mesh.setRecombine(*face)
-    gmsh.model.mesh.generate(2)
-    quads, of_part = elements(KINDS["quadrilateral"], [number for _, number in faces])
-    lines, curve = elements(KINDS["line"], curves)
-    plan, places = nodes_of(gmsh.model, np.concatenate([quads.ravel(), lines.ravel()]))
-    quads, lines = places[: quads.size].reshape(-1, 4), places[quads.size :].reshape(-1, 2)
+    near = FLAT * float((high - low).max()) + LOOSE
+    plan = plan_cells(cells[:2], reach, near, symmetric)
     sized, z, hexahedra = Grading(cells[2], reach, None, 0.0), [0.0], []
     for (bottom, top), part in zip(pairwise(levels), parts, strict=True):
-        here = quads[np.isin(of_part, part)]
+        here = plan.quads[np.isin(plan.face, part)]
         for height in sized.between(bottom, top)[1:]:
-            below, above = ((len(z) - 1 + up) * len(plan) for up in (0, 1))
+            below, above = ((len(z) - 1 + up) * len(plan.points) for up in (0, 1))
             hexahedra.append(np.concatenate([here + below, here + above], axis=1))
             z.append(float(height))
-    points = np.tile(plan / [stretch, 1.0, 1.0], (len(z), 1))
-    points[:, 2] = np.repeat(z, len(plan))
+    points = np.tile(plan.points, (len(z), 1))
+    points[:, 2] = np.repeat(z, len(plan.points))
     body = TaggedMesh(points, "hexahedron", np.concatenate(hexahedra), {}, "rubber")
     facets = outer_facets(body)
-    owner = _owners(facets, lines, curve, len(plan))
+    owner = _owners(facets, plan)
     used, places = np.unique(body.cells, return_inverse=True)
     body = body._replace(points=points[used], cells=places.reshape(body.cells.shape))
     none = np.zeros((0, 3))
@@ -96,15 +84,13 @@ def _plan(low: Array, high: Array, levels: Sequence[float], symmetric: bool) -> 
     return [[number for _ in section for _, number in next(numbers)] for section in sections]
 
 
-def _owners(facets: IntArray, lines: IntArray, curve: IntArray, count: int) -> IntArray:
-    """A number for all facets (n, 4) above a curve of the plan of `count` nodes, or at a height.
-
-    lines: (m, 2) on the curves with the numbers `curve` (m,).
-    """
+def _owners(facets: IntArray, plan: Plan) -> IntArray:
+    """A number for all facets (n, 4) above a curve of the plan, or at a height."""
+    count = len(plan.points)
     sides = np.sort(facets % count, axis=1)
     upright = sides[:, 0] == sides[:, 1]
     owner = -1 - facets.min(axis=1) // count
-    both = np.concatenate([np.sort(lines, axis=1), sides[upright][:, [0, 2]]])
+    both = np.concatenate([np.sort(plan.lines, axis=1), sides[upright][:, [0, 2]]])
     _, first, number = np.unique(both, axis=0, return_index=True, return_inverse=True)
-    owner[upright] = curve[first[number.ravel()[len(lines) :]]]
+    owner[upright] = plan.curve[first[number.ravel()[len(plan.lines) :]]]
     return owner

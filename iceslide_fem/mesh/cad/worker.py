@@ -63,10 +63,10 @@ def meshed(options: Options, saved: Path) -> Tread:
 def _block(options: Options, low: Array, high: Array) -> Meshed:
     """Cells of a block: hexahedra if they fill it, else tetrahedra. Raises BadCad."""
     if options.cells != "tetrahedra":
-        if is_swept(low, high):
-            return hexahedra(low, high, options.refinement)
         if levels := heights(low, high):
             return stacked(low, high, levels, options.refinement)
+        if is_swept(low, high):
+            return hexahedra(low, high, options.refinement)
     if options.cells == "hexahedra":
         raise BadCad(
             "is no sweep along y and has faces that are neither flat nor upright, so it cannot "

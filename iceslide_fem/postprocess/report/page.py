@@ -30,6 +30,8 @@ DRAWN = 1500  # points of a curve at most
 COLOURS = 24  # of a colour map
 ROBUST = 98.0  # percentile at which colours end, because pressures are singular at an edge
 LISTED = 12  # rows of the table below a chart at most
+# Captions of the tables whose rows are all that was given.
+OPTIONS, SCENES = "All options", "Scenes as resolved"
 
 
 class Text(NamedTuple):

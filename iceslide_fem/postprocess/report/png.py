@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogFormatter
+from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
 from iceslide_fem.postprocess.report.page import Chart, HeatMap
 
@@ -25,6 +26,7 @@ MARKS = "osD^vP"
 NO_VALUE = "#c4c8cc"
 BLUE, ORANGE, GREEN, RED, PURPLE = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7"
 SMALLEST, LARGEST = 1e-3, 1e4  # between them logarithmic axes have plain numbers
+NARROW, WIDE = 5.0, 300.0  # ratios of their ends up to which ticks are not decades alone
 NAMED = 16  # curves in a legend at most
 HATCHED = 200  # cells along a side of marked places at most
 
@@ -85,10 +87,7 @@ def _curves(panel: Axes, chart: Chart) -> None:
             panel.plot(curve.x, curve.y, linestyle=STROKES[curve.look // 6 % 6], **look)
     for name in chart.logarithmic:
         panel.set(**{f"{name}scale": "log"})
-        axis = getattr(panel, f"{name}axis")
-        if SMALLEST <= axis.get_view_interval()[0] and axis.get_view_interval()[1] <= LARGEST:
-            axis.set_major_formatter("{x:g}")
-            axis.set_minor_formatter(LogFormatter(minor_thresholds=(1.5, 0.7)))
+        _plain_ticks(getattr(panel, f"{name}axis"))
     if "y" not in chart.logarithmic:
         low = min(
             (np.nanmin(curve.y) for curve in chart.curves if np.isfinite(curve.y).any()), default=0
@@ -102,6 +101,20 @@ def _curves(panel: Axes, chart: Chart) -> None:
     panel.grid(alpha=0.25)
     if panel.get_legend_handles_labels()[1] and len(chart.curves) <= NAMED:
         panel.legend(fontsize=7)
+
+
+def _plain_ticks(axis: Axis) -> None:
+    """Plain numbers on a logarithmic axis: few round ones, or 1, 2 and 5 of each decade."""
+    low, high = axis.get_view_interval()
+    if low < SMALLEST or high > LARGEST:
+        return
+    axis.set_major_formatter("{x:g}")
+    if high < NARROW * low:
+        axis.set_major_locator(MaxNLocator(TICKS))
+        axis.set_minor_locator(NullLocator())
+    elif high < WIDE * low:
+        axis.set_minor_locator(LogLocator(subs=(2.0, 5.0)))
+        axis.set_minor_formatter("{x:g}")
 
 
 def _map(panel: Axes, part: HeatMap) -> None:

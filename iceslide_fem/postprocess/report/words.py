@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from iceslide_fem.postprocess.report.page import Cell, Section, Table, Text
+from iceslide_fem.postprocess.report.page import SCENES, Cell, Section, Table, Text
 from iceslide_fem.postprocess.results import Run
 from iceslide_fem.postprocess.results.run_directory import load_range
 from iceslide_fem.runtime.curve import Curve
@@ -211,7 +211,7 @@ def all_keys(scenes: Mapping[str, Mapping[str, Any]], only_different: bool = Fal
             not only_different or any(value != values[0] for value in values[1:])
         ):
             rows.append([Cell(key), *(Cell(_shown(value, key)) for value in values)])
-    return Table("Scenes as resolved", ["key", *scenes], rows)
+    return Table(SCENES, ["key", *scenes], rows)
 
 
 def _shown(value: Any, key: str) -> str:
