@@ -19,8 +19,10 @@ from iceslide_fem.scene.materials import MooneyRivlin
 # block, integrate the whole energy at 3 x 3 x 3 points. This prevents crushed corners. The other
 # cells integrate the volumetric part at 2 x 2 x 2 points, tetrahedra at one, because cells at the
 # plate lock with more (see docs/explanation/rubber.md).
+# Strain is linear in triangles and tetrahedra, so fewer points suffice there.
 DEGREE = 2
-QUADRATURE_DEGREE, VOLUME_DEGREE = 5, {"quadrilateral": 3, "hexahedron": 3, "tetrahedron": 1}
+WHOLE_DEGREE = {"triangle": 2, "quadrilateral": 5, "tetrahedron": 2, "hexahedron": 5}
+VOLUME_DEGREE = {"quadrilateral": 3, "tetrahedron": 1, "hexahedron": 3}
 WHOLE, SPLIT = 1, 2  # subdomains of the measure: full and selective integration
 # Rows and columns of the six components of a symmetric tensor, in VTK's order. In a slice the axes
 # are x, z and the normal of the plane.
@@ -71,8 +73,9 @@ def stored_energy(u: Any, material: MooneyRivlin, dx: Any) -> Any:
 
 def integrated(isochoric: Any, volumetric: Any, dx: Any) -> Any:
     """Integral of both parts of an energy density (J/m3), each with its quadrature."""
-    fewer = VOLUME_DEGREE.get(compat.measured_cell(dx), QUADRATURE_DEGREE)
-    whole, volume = ({"quadrature_degree": one} for one in (QUADRATURE_DEGREE, fewer))
+    cell = compat.measured_cell(dx)
+    degrees = WHOLE_DEGREE[cell], VOLUME_DEGREE.get(cell, WHOLE_DEGREE[cell])
+    whole, volume = ({"quadrature_degree": one} for one in degrees)
     together = (isochoric + volumetric) * dx(WHOLE, metadata=whole)
     apart = isochoric * dx(SPLIT, metadata=whole)
     return together + apart + volumetric * dx(SPLIT, metadata=volume)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from iceslide_fem.fenics import compat
 from iceslide_fem.mechanics.contact_surface import space_degree
-from iceslide_fem.mechanics.element import QUADRATURE_DEGREE, SIX, SPLIT, VOLUME_DEGREE, tensors
+from iceslide_fem.mechanics.element import SIX, SPLIT, VOLUME_DEGREE, WHOLE_DEGREE, tensors
 from iceslide_fem.mechanics.hyperelasticity import HyperelasticBody
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import MooneyRivlin
@@ -178,7 +178,7 @@ class StressRecovery:
         """Tables for all cells that this rank owns."""
         name = compat.cell_name(rubber.mesh)
         topology = rubber.mesh.topology
-        points, weights = compat.quadrature(name, QUADRATURE_DEGREE)
+        points, weights = compat.quadrature(name, WHOLE_DEGREE[name])
         owned = np.arange(topology.index_map(topology.dim).size_local)
         self._points = CellPoints(rubber, owned, points)
         volume = self._points.stretch * weights  # (c, q)
@@ -198,13 +198,16 @@ class StressRecovery:
 def _from_rule(rubber: HyperelasticBody, points: Array) -> Array:
     """Matrix (q, r) from values at a cell's r quadrature points to other points.
 
-    It is a least-squares fit by the displacement's polynomials.
+    It is a least-squares fit by the displacement's polynomials, or by lower ones where the rule has
+    fewer points.
     """
     name = compat.cell_name(rubber.mesh)
-    rule = compat.quadrature(name, QUADRATURE_DEGREE)[0]
+    rule = compat.quadrature(name, WHOLE_DEGREE[name])[0]
     if np.array_equal(points, rule):
         return np.eye(len(rule))
-    element = compat.basix_lagrange(name, space_degree(rubber.space))
+    degrees = range(space_degree(rubber.space), 0, -1)
+    elements = (compat.basix_lagrange(name, degree) for degree in degrees)
+    element = next(one for one in elements if one.dim <= len(rule))
     here, there = (np.array(element.tabulate(0, x))[0, ..., 0] for x in (points, rule))
     return np.asarray(here @ np.linalg.pinv(there))
 

@@ -25,8 +25,8 @@ import numpy as np
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, fem, ufl
 from iceslide_fem.mechanics.element import (
-    QUADRATURE_DEGREE,
     SIX,
+    WHOLE_DEGREE,
     Energy,
     integrated,
     isochoric_energy,
@@ -85,7 +85,7 @@ def relaxing_energy(history: Any) -> Energy:
     """The energy whose derivative is the stress at the end of a step.
 
     history: f and the components of H, (xx, zz, xz) or the six of `SIX`, at the points of the
-    rule of degree QUADRATURE_DEGREE.
+    rule of WHOLE_DEGREE.
     """
 
     def energy(u: Any, material: MooneyRivlin, dx: Any) -> Any:
@@ -147,9 +147,10 @@ class Viscoelasticity:
         dim = mesh.geometry.dim
         self._components = [SIX.index(place) for place in _components(dim)]
         size = 1 + len(self._components)
-        space = compat.quadrature_space(mesh, QUADRATURE_DEGREE, size)
+        name = compat.cell_name(mesh)
+        space = compat.quadrature_space(mesh, WHOLE_DEGREE[name], size)
         self.history = fem.Function(space)
-        self.points, weights = compat.quadrature(compat.cell_name(mesh), QUADRATURE_DEGREE)
+        self.points, weights = compat.quadrature(name, WHOLE_DEGREE[name])
         owned = mesh.topology.index_map(mesh.topology.dim).size_local
         self._cells = np.arange(owned, dtype=np.int32)
         self._places = compat.cell_dofs(space)[:owned]

@@ -28,10 +28,10 @@ from iceslide_fem.mechanics.block import Block
 from iceslide_fem.mechanics.contact import contact_points, default_penalty
 from iceslide_fem.mechanics.element import (
     DEGREE,
-    QUADRATURE_DEGREE,
     SPLIT,
     VOLUME_DEGREE,
     WHOLE,
+    WHOLE_DEGREE,
     Energy,
     energy_density,
     isochoric_energy,
@@ -54,6 +54,7 @@ from scripts.studies import common
 from scripts.studies.blocks import shear_of_pressure
 
 MATERIAL = COMPOUNDS["B"]
+OF_HEXAHEDRA = WHOLE_DEGREE["hexahedron"]
 SIZE = 1e-3  # m
 NUMBERS = (2, 4, 6, 8, 12)  # cells along x
 SHEARED_NUMBERS = (4, 8)
@@ -123,8 +124,7 @@ def under_integrated(u: Any, material: MooneyRivlin, dx: Any) -> Any:
     isochoric = isochoric_energy(ufl.grad(u), material)
     volumetric = volumetric_energy(ufl.grad(u), material)
     full, reduced = (
-        dx(metadata={"quadrature_degree": q})
-        for q in (QUADRATURE_DEGREE, VOLUME_DEGREE["hexahedron"])
+        dx(metadata={"quadrature_degree": q}) for q in (OF_HEXAHEDRA, VOLUME_DEGREE["hexahedron"])
     )
     return isochoric * full + volumetric * reduced
 
@@ -143,7 +143,7 @@ class MixedRubber(HyperelasticBody):
         """`everywhere`: whether those cells are mixed, too."""
         pressures = compat.polynomial_space(block.mesh, 1)
         self._pressure = fem.Function(pressures)
-        rule = {"quadrature_degree": QUADRATURE_DEGREE}
+        rule = {"quadrature_degree": OF_HEXAHEDRA}
 
         def mixed(dx: Any) -> Any:
             return dx(metadata=rule) if everywhere else dx(SPLIT, metadata=rule)
@@ -217,7 +217,7 @@ ELEMENTS = {
         True, displacement_element(1, fully_integrated(1)), (4, 8, 12, 16, 24)
     ),
     "P2 tetrahedra": Element(True, displacement_element(2, fully_integrated(4)), NUMBERS),
-    "Q2": Element(False, displacement_element(2, fully_integrated(QUADRATURE_DEGREE)), NUMBERS),
+    "Q2": Element(False, displacement_element(2, fully_integrated(OF_HEXAHEDRA)), NUMBERS),
     "Q2, 2x2x2 volumetric": Element(False, displacement_element(2, under_integrated), NUMBERS),
     DEFAULT: Element(False, displacement_element(DEGREE, stored_energy), NUMBERS),
     "Q2/P1 mixed": Element(False, partial(MixedRubber, everywhere=True), NUMBERS),

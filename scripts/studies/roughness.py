@@ -27,7 +27,7 @@ from petsc4py import PETSc
 
 from iceslide_fem.fenics import compat
 from iceslide_fem.film import point
-from iceslide_fem.mechanics.element import QUADRATURE_DEGREE, energy_density
+from iceslide_fem.mechanics.element import WHOLE_DEGREE, energy_density
 from iceslide_fem.preprocess.roughness.creep import hold, steps
 from iceslide_fem.preprocess.roughness.generate import SurfaceSpec, generate, read_spec
 from iceslide_fem.preprocess.roughness.half_space import press
@@ -297,7 +297,7 @@ class Block:
         gap = X[1] + self.u[1]
         push = PENALTY * ufl.max_value(-gap, 0.0)
         energy = energy_density(ufl.grad(self.u), RUBBER) * ufl.dx(
-            metadata={"quadrature_degree": QUADRATURE_DEGREE}
+            metadata={"quadrature_degree": WHOLE_DEGREE["quadrilateral"]}
         )
         contact = 0.5 * PENALTY * ufl.max_value(-gap, 0.0) ** 2 * ds
         residual = ufl.derivative(energy + contact, self.u)

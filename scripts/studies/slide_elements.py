@@ -16,7 +16,7 @@ import numpy as np
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.fenics.start import start_petsc
 from iceslide_fem.mechanics.block import build_block
-from iceslide_fem.mechanics.element import QUADRATURE_DEGREE, Energy, stored_energy
+from iceslide_fem.mechanics.element import WHOLE_DEGREE, Energy, stored_energy
 from iceslide_fem.mechanics.press import press
 from scripts.studies.blocks import Slide, slid
 from scripts.studies.common import case, options, table
@@ -24,7 +24,7 @@ from scripts.studies.press_elements import DEFAULT, fully_integrated
 
 CASES = ("thesis_1bar", "thesis_5bar")
 ELEMENTS: dict[str, Energy] = {
-    "Q2": fully_integrated(QUADRATURE_DEGREE),
+    "Q2": fully_integrated(WHOLE_DEGREE["hexahedron"]),
     DEFAULT: stored_energy,
 }
 REFINEMENTS = {"slice": (0.5, 0.7, 1.0, 2.0), "block": (0.5, 0.7, 1.0, 2.0)}

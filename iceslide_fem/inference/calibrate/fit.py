@@ -75,8 +75,10 @@ def fit(problem: Problem, level: float = LEVEL) -> Fit:
         (one.z for one in solutions if one.squares < worst and np.ptp(one.z - best.z) > APART), None
     )
     _, singular, directions = np.linalg.svd(best.slope, full_matrices=False)
-    weak = np.maximum(singular, 1e-12 * max(singular[0], 1.0))
-    covariance = (directions.T * (variance / weak**2)) @ directions
+    # A direction that is not determined is as uncertain as the bounds are wide.
+    widest = float((problem.high - problem.low).max())
+    least = max(1e-12 * singular[0], np.sqrt(variance) / widest, 1e-12)
+    covariance = (directions.T * (variance / np.maximum(singular, least) ** 2)) @ directions
     ends = []
     with LongTask(p) as task:
         for number in range(p):
