@@ -170,13 +170,13 @@ class Block:
         """The block or a lug between its sipes, whichever is more slender. Collective."""
         return most_slender(self.rubber.mesh, self.height, self.scene.rubber)
 
-    def smallest_opening(self) -> float:
-        """Smallest distance of facing walls of sipes and grooves, m. Collective.
+    def smallest_opening(self, below: float = np.inf) -> float:
+        """Smallest distance of facing walls of sipes and grooves, m, if `below` that. Collective.
 
-        Negative for penetration, infinite without walls.
+        Negative for penetration, infinite without walls and where it is not below.
         """
         walls = self.rubber.self_contact
-        return np.inf if walls is None else walls.smallest_opening(self.rubber.displacements)
+        return np.inf if walls is None else walls.smallest_opening(self.rubber.displacements, below)
 
     @property
     def stick_points(self) -> StickPoints | None:

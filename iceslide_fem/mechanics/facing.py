@@ -112,6 +112,8 @@ class FacingWalls:
         self._reach = MOVED * float(sizes.min(initial=np.inf))
         # Nodes and points with the `_neighbours` there.
         self._listed: tuple[Array, Array, tuple[Index, Index, Index]] | None = None
+        # Nodes about their mean (F, a, d), and lower bounds of the points' openings (F, q), m.
+        self._visited: tuple[Array, Array] | None = None
 
     def nearest(self, positions: Array, x: Array, everywhere: bool) -> Pressing:
         """Nearest points on facing walls to the points `x` (F, q, d), m.
@@ -119,19 +121,26 @@ class FacingWalls:
         positions: deformed nodes (F, a, d), m; everywhere: for all points, else only for points
         near enough to penetrate a wall.
         """
-        return self._among(self._candidates(positions, x, everywhere), positions, x)
+        kept = slice(None) if everywhere else self._before(positions, x)
+        return self._among(kept, positions, x)
 
-    def smallest_opening(self, positions: Array, x: Array) -> float:
-        """Smallest distance (m) of the points `x` (F, q, d) from facing walls, as `nearest`.
+    def smallest_opening(self, positions: Array, x: Array, below: float) -> float:
+        """Smallest distance (m) of the points `x` (F, q, d) from facing walls, as `nearest`, if it
+        is `below` that; infinite else.
 
-        Only facets are searched that may be as near to a point as the nearest node is to any.
-        Infinite without facing walls.
+        A point is only looked at if the walls have moved so far since it was looked at last.
         """
-        slave, point, facet = self._candidates(positions, x, True)
-        least, most = self._bounds(positions, x[slave, point], facet)
-        near = least <= most.min(initial=np.inf)
-        found = self._among((slave[near], point[near], facet[near]), positions, x)
-        return float(found.opening.min(initial=np.inf))
+        shape = positions - positions.mean(axis=(0, 1))
+        if self._visited is None:
+            self._visited = shape, np.full(x.shape[:2], -np.inf)
+        before, least = self._visited
+        least -= 2.0 * np.linalg.norm(shape - before, axis=2).max(initial=0.0)
+        slave, point, _ = self._facing(positions, x)
+        found = self._among((least < below)[slave, point], positions, x)
+        least[found.point] = found.opening
+        self._visited = shape, least
+        smallest = float(found.opening.min(initial=np.inf))
+        return smallest if smallest < below else np.inf
 
     def _bounds(self, positions: Array, at: Array, facet: Index) -> tuple[Array, Array]:
         """Bounds (m) of the distances of points `at` (P, d) from facets: the lower one by a sphere
@@ -142,11 +151,14 @@ class FacingWalls:
         middle = np.linalg.norm(at - centres[facet], axis=1)
         return middle - (1.0 + BULGE) * size[facet], apart
 
-    def _among(
-        self, candidates: tuple[Index, Index, Index], positions: Array, x: Array
-    ) -> Pressing:
-        """The nearest points among the `candidates`."""
-        slave, point, facet = candidates
+    def _among(self, kept: Mask | slice, positions: Array, x: Array) -> Pressing:
+        """The nearest points by the facing triples that are `kept`."""
+        slave, point, facet = (part[kept] for part in self._facing(positions, x))
+        least, most = self._bounds(positions, x[slave, point], facet)
+        number, nearest = slave * x.shape[1] + point, np.full(x.shape[0] * x.shape[1], np.inf)
+        np.minimum.at(nearest, number, most)
+        near = least <= nearest[number]
+        slave, point, facet = slave[near], point[near], facet[near]
         at = x[slave, point]
         place, ways = self._project(at, positions[facet])
         shape, slopes, bends = self._facets.tabulate(place)
@@ -165,25 +177,20 @@ class FacingWalls:
         )
         return found.chosen(best)
 
-    def _candidates(
-        self, positions: Array, x: Array, everywhere: bool
-    ) -> tuple[Index, Index, Index]:
-        """Triples of slave facet, its point, and a candidate for the nearest facing facet."""
+    def _facing(self, positions: Array, x: Array) -> tuple[Index, Index, Index]:
+        """Triples of slave facet, its point, and a facet near it that faces it."""
         if self._listed is None or self._left(self._listed[:2], (positions, x)):
             self._listed = positions, x, self._neighbours(positions, x)
-        slave, point, facet = self._listed[2]
-        if not everywhere:
-            centres, size = _spheres(positions)
-            sides = positions[:, 1 : x.shape[2]] - positions[:, :1]  # from the first corner
-            normal = _outwards(sides, self._facets.sign)
-            away = x[slave, point] - centres[facet]
-            kept = np.einsum("pd,pd->p", away, normal[facet]) < BULGE * size[facet]
-            slave, point, facet = slave[kept], point[kept], facet[kept]
-        least, most = self._bounds(positions, x[slave, point], facet)
-        number, nearest = slave * x.shape[1] + point, np.full(x.shape[0] * x.shape[1], np.inf)
-        np.minimum.at(nearest, number, most)
-        near = least <= nearest[number]
-        return slave[near], point[near], facet[near]
+        return self._listed[2]
+
+    def _before(self, positions: Array, x: Array) -> Mask:
+        """Which of the facing triples may have the point in or just before the facet."""
+        slave, point, facet = self._facing(positions, x)
+        centres, size = _spheres(positions)
+        sides = positions[:, 1 : x.shape[2]] - positions[:, :1]  # from the first corner
+        normal = _outwards(sides, self._facets.sign)
+        away = x[slave, point] - centres[facet]
+        return np.asarray(np.einsum("pd,pd->p", away, normal[facet]) < BULGE * size[facet])
 
     def _left(self, before: tuple[Array, ...], now: tuple[Array, ...]) -> bool:
         """Whether nodes or points have moved so far that they may have other neighbours."""

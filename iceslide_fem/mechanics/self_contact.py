@@ -206,16 +206,16 @@ class SelfContact:
         )
         return stick_points, heat
 
-    def smallest_opening(self, u: Array) -> float:
-        """Smallest distance of a wall point from a facing wall, m. Collective.
+    def smallest_opening(self, u: Array, below: float) -> float:
+        """Smallest distance of a wall point from a facing wall, m, if `below` that. Collective.
 
-        Negative for penetration, infinite without facing walls.
+        Negative for penetration, infinite without facing walls and where it is not below.
         """
         positions = self.deformed(u)
         inside = self.pressing_at(positions).opening
         if inside.size:
             return float(inside.min())
-        return self._facing.smallest_opening(positions, self._points(positions))
+        return self._facing.smallest_opening(positions, self._points(positions), below)
 
     def pressure(self, u: Array) -> tuple[Array, Array]:
         """Positions (n, d), m, of points in contact, and their pressures (n,), Pa. Collective.

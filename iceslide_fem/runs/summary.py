@@ -56,7 +56,7 @@ class Results:
             self.bottom = min(self.bottom, posture.bottom)
             self.sides = max(self.sides, posture.sides)
             self.outside_table_fraction = outside_table(block, step.sliding.current.contact)
-            self.sipe_opening = min(self.sipe_opening, block.smallest_opening())
+            self.sipe_opening = min(self.sipe_opening, block.smallest_opening(self.sipe_opening))
 
     def state(self) -> dict[str, Any]:
         """Everything collected so far."""
