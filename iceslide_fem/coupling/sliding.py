@@ -247,7 +247,7 @@ class Sliding:
                 if abs(end - dt) < 1e-3 * dt:
                     dt = end
             try:
-                patience = PATIENT if rejected else ONCE
+                patience = ONCE if self._step.adaptive and not rejected else PATIENT
                 trial = self._step.attempt(self.current, dt, self._film_dt, patience)
             except (StepRejected, NotConverged) as reason:
                 values[:] = self.current.motion.displacements
