@@ -107,7 +107,7 @@ if __name__ == "__main__":
     if not sys.argv[1:] or sys.argv[1].startswith("-") or set(sys.argv[2:]) - set(TREADS):
         sys.exit(__doc__)
     Path(sys.argv[1]).mkdir(parents=True, exist_ok=True)
-    gmsh.initialize(readConfigFiles=False)
+    gmsh.initialize(readConfigFiles=False, interruptible=False)
     gmsh.option.setNumber("General.Terminal", 0)
     for name in sys.argv[2:] or TREADS:
         print(name, f"{write(name, sys.argv[1]):.3f} mm3")

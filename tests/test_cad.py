@@ -33,7 +33,7 @@ BAD = """
 import sys
 import gmsh
 folder = sys.argv[1]
-gmsh.initialize(readConfigFiles=False)
+gmsh.initialize(readConfigFiles=False, interruptible=False)
 gmsh.option.setNumber("General.Terminal", 0)
 occ = gmsh.model.occ
 
@@ -102,7 +102,7 @@ import sys
 sys.path.insert(0, sys.argv[1])
 import gmsh
 import make_step
-gmsh.initialize(readConfigFiles=False)
+gmsh.initialize(readConfigFiles=False, interruptible=False)
 make_step.write("sipes4", *sys.argv[2:])
 """
 

@@ -6,7 +6,6 @@ DOLFINx meshes.
 
 from __future__ import annotations
 
-import inspect
 import os
 import shutil
 import signal
@@ -198,9 +197,7 @@ def empty_model() -> Iterator[Any]:
 
 @contextmanager
 def _own_session() -> Iterator[None]:
-    # gmsh before 4.9 installs no handlers, and has no choice
-    quiet = "interruptible" in inspect.signature(gmsh.initialize).parameters
-    gmsh.initialize(readConfigFiles=False, **{"interruptible": False} if quiet else {})
+    gmsh.initialize(readConfigFiles=False, interruptible=False)
     gmsh.option.setNumber("General.Terminal", 0)
     try:
         yield
@@ -283,8 +280,7 @@ def _fill(model: Any, tagged: TaggedMesh) -> None:
 
     def add(dim: int, entity: int, kind: str, nodes: IntArray, tag: int, name: str) -> None:
         model.mesh.addElementsByType(entity, KINDS[kind].gmsh, [], nodes.ravel() + 1)
-        model.addPhysicalGroup(dim, [entity], tag)
-        model.setPhysicalName(dim, tag, name)
+        model.addPhysicalGroup(dim, [entity], tag, name)
 
     for tag, (name, chosen) in enumerate(tagged.named_cells.items(), 1):
         add(dim, entities[name], tagged.cell_type, tagged.cells[chosen], tag, name)

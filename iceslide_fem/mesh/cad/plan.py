@@ -80,16 +80,10 @@ def _grid(
     node = np.arange(len(x) * len(y)).reshape(len(x), len(y))
     around = [node[:-1, :-1], node[1:, :-1], node[1:, 1:], node[:-1, 1:]]
     quads, face = [], []
-    rims = {
-        number: np.array(
-            [boxes[curve] for _, curve in gmsh.model.getBoundary([(2, number)], False, False)]
-        )
-        for _, number in gmsh.model.getEntities(2)
-    }
     for (left, right), (front, back) in product(pairwise(columns), pairwise(rows)):
-        middle = 0.5 * (x[left] + x[right]), 0.5 * (y[front] + y[back])
-        for number, rim in rims.items():
-            if _is_inside(rim, *middle):
+        middle = [0.5 * (x[left] + x[right]), 0.5 * (y[front] + y[back]), 0.0]
+        for _, number in gmsh.model.getEntities(2):
+            if gmsh.model.isInside(2, number, middle):
                 some = np.stack([part[left:right, front:back] for part in around], axis=-1)
                 quads.append(some.reshape(-1, 4))
                 face.append(np.full(len(quads[-1]), number))
@@ -101,15 +95,6 @@ def _grid(
         edges.append(np.stack([on[:-1], on[1:]], axis=1))
         curve.append(np.full(len(on) - 1, number))
     return Plan(points, *(np.concatenate(part) for part in (quads, face, edges, curve)))
-
-
-def _is_inside(rim: Array, x: float, y: float) -> bool:
-    """Whether a place is within a face, by the boxes (n, 2, 2) of the curves around it.
-
-    A ray along x meets an odd number of them.
-    """
-    (low, bottom), (_, top) = rim[:, 0].T, rim[:, 1].T
-    return bool(((low > x) & (bottom < y) & (y < top)).sum() % 2)
 
 
 def _line(at: Array, sized: Grading, near: float, halved: bool) -> tuple[Lines, list[int]]:
