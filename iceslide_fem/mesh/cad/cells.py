@@ -19,8 +19,9 @@ from iceslide_fem.mesh.gmsh_model import QUADRILATERALS, grade
 from iceslide_fem.mesh.shape import BlockShape
 from iceslide_fem.runtime.arrays import Array
 
-ROUND = 24  # cells of a full circle in a section
-ROUND_SWEPT = 8  # and in the end of a sweep, whose contact points are on the CAD, too
+# Cells of a full circle in a section, and in the end of a sweep: contact points are on the CAD
+# anyway. Where sizes jump at round edges a curve may get an odd number of cells: then fewer.
+ROUND, ROUND_SWEPT = (36, 24, 8, 0), (8, 0)
 SAMPLING = 100  # points of an edge from which distances count
 SAME = 1e-5  # of the height: mirrored areas and centroids
 _OF_TETRAHEDRA = {"Mesh.Algorithm": 6, "Mesh.Algorithm3D": 10, "Mesh.Optimize": 1}
@@ -113,16 +114,10 @@ def hexahedra(low: Array, high: Array, refinement: float) -> Meshed:
     occ.extrude(ends, 0.0, far, 0.0, [1] * len(layers), layers.tolist(), recombine=True)
     occ.synchronize()
     corners = [point for _, point in gmsh.model.getBoundary(ends, oriented=False, recursive=True)]
-    options = {**QUADRILATERALS, "Mesh.MeshSizeFromCurvature": ROUND_SWEPT}
-    grade_cells("PointsList", corners, cells[-1], reach, options)
+    grade_cells("PointsList", corners, cells[-1], reach, QUADRILATERALS)
     for end in ends:
         gmsh.model.mesh.setRecombine(*end)
-    try:
-        gmsh.model.mesh.generate(3)
-    except Exception:  # sizes jump at round edges: a curve has an odd number of cells
-        gmsh.model.mesh.clear()
-        gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", 0)
-        gmsh.model.mesh.generate(3)
+    _generate(3, ROUND_SWEPT)
     return collected("hexahedron", symmetric, 1.0 / stretch)
 
 
@@ -153,11 +148,10 @@ def section(low: Array, high: Array, at: float, refinement: float) -> Meshed:
     occ.dilate(faces, 0.0, 0.0, 0.0, *stretch)
     occ.synchronize()
     corners = [point for _, point in gmsh.model.getEntities(0)]
-    options = {**QUADRILATERALS, "Mesh.MeshSizeFromCurvature": ROUND}
-    grade_cells("PointsList", corners, cells[-1], reach, options)
+    grade_cells("PointsList", corners, cells[-1], reach, QUADRILATERALS)
     for face in faces:
         gmsh.model.mesh.setRecombine(*face)
-    gmsh.model.mesh.generate(2)
+    _generate(2, ROUND)
     found = collected("quadrilateral", False, 1.0 / stretch)
     flat = [part[..., [0, 2]] for part in (found.body.points, found.middles, found.bulges)]
     body = found.body._replace(points=flat[0])
@@ -178,6 +172,19 @@ def _touching(size: float) -> str:
         else:
             merged.append([low, high])
     return " or ".join(f"from {low:g} to {high:g} mm" for low, high in merged)
+
+
+def _generate(dim: int, circles: Sequence[int]) -> None:
+    """Mesh the model with the first of these numbers of cells of a circle that gmsh can."""
+    for cells in circles:
+        gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", cells)
+        try:
+            gmsh.model.mesh.generate(dim)
+            return
+        except Exception:  # gmsh raises nothing more specific
+            if cells == circles[-1]:
+                raise
+            gmsh.model.mesh.clear()
 
 
 def grade_cells(
