@@ -8,13 +8,15 @@ started more than one process.
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 
 import pytest
 from mpi4py import MPI
 
-PATIENCE = 10.0  # s, within which ranks that have nothing to wait for end the same phase
+# s, within which ranks that have nothing to wait for end the same phase
+PATIENCE = float(os.environ.get("PATIENCE_OF_RANKS", "10"))
 TO_BE_HEARD = 1.0  # s, so that mpirun passes on what was said before it ends all
 
 

@@ -36,7 +36,8 @@ def run_on_two_ranks(folder, code):
         str(folder),
     ]
     environment = ENVIRONMENT | {
-        "PYTHONPATH": f"{Path(__file__).parent}:{Path(__file__).parents[1]}"
+        "PYTHONPATH": f"{Path(__file__).parent}:{Path(__file__).parents[1]}",
+        "PATIENCE_OF_RANKS": "2",
     }
     return subprocess.run(
         under_mpi(2, words), env=environment, capture_output=True, text=True, timeout=60

@@ -351,27 +351,27 @@ def test_every_mesh_is_looked_at_before_a_case_runs(tmp_path):
 @pytest.mark.fe
 def test_slices_run_in_processes_and_failures_are_listed(tmp_path):
     pytest.importorskip("iceslide_fem.fenics.compat")
-    # a rubber of E = 12 kPa carries no pressure of 1 or 2 bar: nothing can make it converge
+    # a rubber of E = 12 kPa carries no pressure of 1 bar: nothing can make it converge
     constants = 'C10 = "0.6 MPa"\nC01 = "1 kPa"\nnu = 0.49'
     film = '\n[film]\nk = 0.32\nD = "36 um"\nH_V = "0.5 um"\n'
     scene = tmp_path / "scene.toml"
     scene.write_text(CASE.read_text().replace('compound = "B"', constants) + film)
-    varied = ["--vary", "rubber.C10=0.6MPa,1kPa", "--vary", "load.pressure=1bar,2bar"]
+    varied = ["--vary", "rubber.C10=0.6MPa,1kPa", "--vary", "load.pressure=1bar"]
     command = [sys.executable, "-m", "iceslide_fem.cli", "sweep", str(scene), *varied]
     for change in [*SLICE, "load.duration=20us"]:
         command += ["--set", change]
     command += ["--out", str(tmp_path), "--cases-at-a-time", "1"]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 3, done.stderr
-    assert "2 of 4 cases are not done" in done.stderr
+    assert "1 of 2 cases are not done" in done.stderr
     assert "no equilibrium" in done.stdout
     dataset = read_sweep(tmp_path)
-    assert dataset["status"].values.tolist() == [["done", "done"], ["failed", "failed"]]
+    assert dataset["status"].values.tolist() == [["done"], ["failed"]]
     assert np.isfinite(dataset["mu"].values[0]).all()
     times = {path: path.stat().st_mtime for path in tmp_path.glob("cases/*/summary.json")}
-    assert len(times) == 2
+    assert len(times) == 1
     again = subprocess.run(command, capture_output=True, text=True)
-    assert "2 of them done before" in again.stdout and "2 to run" in again.stdout
+    assert "1 of them done before" in again.stdout and "1 to run" in again.stdout
     assert times == {path: path.stat().st_mtime for path in tmp_path.glob("cases/*/summary.json")}
 
 

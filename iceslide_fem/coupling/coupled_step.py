@@ -34,7 +34,7 @@ from iceslide_fem.film.step_control import GROW, step_factor
 from iceslide_fem.interface.film_frame import ContactLoads, FilmFrame
 from iceslide_fem.laws.protocol import Sheared
 from iceslide_fem.mechanics.block import Block, SpeedLaw
-from iceslide_fem.mechanics.newton import PATIENT, Patience
+from iceslide_fem.mechanics.newton import BRIEF, PATIENT
 from iceslide_fem.mechanics.time_discretisation import Motion, MotionLaw, quiescent_motion
 from iceslide_fem.runtime.errors import NotConverged
 
@@ -102,19 +102,16 @@ class CoupledStep:
         self._may_skip = motion_law.may_skip and block.law.viscous and relaxing.may_skip
         self._acceptance = Acceptance(block, frame, drainage, error, self.adaptive)
 
-    def attempt(
-        self, start: CoupledState, dt: float, film_dt: float, patience: Patience = PATIENT
-    ) -> AcceptedStep:
+    def attempt(self, start: CoupledState, dt: float, film_dt: float) -> AcceptedStep:
         """A step of `dt` (s) from `start`; the first substep of film and heat is `film_dt` (s).
 
-        patience: of Newton's method, with which a shear that fades in is tried.
         The block is left at the displacements of the step's end. Raises StepRejected or
         NotConverged; the block's displacements are then undefined.
         """
         corrected = self._without_mechanics(start, dt, film_dt)
         if corrected is None:
             film = self._film(start, self._predict(start, dt), dt, film_dt)
-            balanced = self._equilibrium(start, film, patience)
+            balanced = self._equilibrium(start, film)
             corrected = self._correct(start, balanced, film.forces[-1])
         return self._acceptance.of(start, corrected)
 
@@ -183,7 +180,7 @@ class CoupledStep:
             )
         return film._replace(nonlinearity=nonlinearity)
 
-    def _equilibrium(self, start: CoupledState, film: FilmStep, patience: Patience) -> Balanced:
+    def _equilibrium(self, start: CoupledState, film: FilmStep) -> Balanced:
         """Block and film, alternately, until they agree. Raises StepRejected, NotConverged."""
         block, plate, dt = self._block, self._plate, film.dt
         time = start.time + dt
@@ -196,7 +193,7 @@ class CoupledStep:
         for _ in range(self._error.limits.passes):
             sheared = film.sheared[-1]
             friction = self.friction.law(start, dt, sheared)
-            iterations += self._balance(sheared, friction, speed, load, slip, patience)
+            iterations += self._balance(sheared, friction, speed, load, slip)
             moved = plate.slipping(speed, offset)
             loads, shearing = self.friction.found(start, dt, sheared, moved)
             if self._may_skip:
@@ -321,13 +318,7 @@ class CoupledStep:
         return FilmStep(dt, subcycles, sheared, forces, 0.0)
 
     def _balance(
-        self,
-        sheared: Sheared,
-        friction: Sheared,
-        speed: SpeedLaw,
-        load: float,
-        slip: float,
-        patience: Patience,
+        self, sheared: Sheared, friction: Sheared, speed: SpeedLaw, load: float, slip: float
     ) -> int:
         """Solve equilibrium under the `friction` by the law `sheared` and the plate's `load`.
 
@@ -339,15 +330,15 @@ class CoupledStep:
         """
         block, values = self._block, self._block.rubber.u.x.array
         before, force = values.copy(), block.friction_force(sheared)
+        under = load, force, slip, BRIEF if self.adaptive else PATIENT
         try:
-            law = block.sliding(friction, speed)
-            return block.balance(law, load, force, slip, patience).iterations
+            return block.balance(block.sliding(friction, speed), *under).iterations
         except NotConverged:
             values[:] = before
             held = block.contact.pressure
             block.equilibrium.forget()
             law = block.held(friction, speed, held)
-            iterations = block.balance(law, load, force, slip).iterations
+            iterations = block.balance(law, *under).iterations
             ones, now = np.ones_like(held), block.contact
             taken, due = (sheared(p, ones)[0] for p in (held, now.pressure))
             if not self._error.is_quiet(taken.ravel(), due.ravel(), now.area.ravel()):

@@ -21,7 +21,6 @@ from iceslide_fem.interface.build import film_frame_of
 from iceslide_fem.interface.film_frame import ContactLoads
 from iceslide_fem.interface.resting import PassBegin, Rest
 from iceslide_fem.mechanics.block import Block
-from iceslide_fem.mechanics.newton import ONCE, PATIENT
 from iceslide_fem.mechanics.time_discretisation import (
     Dynamic,
     MotionLaw,
@@ -247,8 +246,7 @@ class Sliding:
                 if abs(end - dt) < 1e-3 * dt:
                     dt = end
             try:
-                patience = ONCE if self._step.adaptive and not rejected else PATIENT
-                trial = self._step.attempt(self.current, dt, self._film_dt, patience)
+                trial = self._step.attempt(self.current, dt, self._film_dt)
             except (StepRejected, NotConverged) as reason:
                 values[:] = self.current.motion.displacements
                 self.block.stop_at_faults(self.moment)

@@ -14,8 +14,7 @@ Each change is exact for the present contact, and uses factors of an earlier Jac
 
 The Jacobian is also renewed if `lag` more iterations at the last rate miss the tolerance. `QUICK`
 solves give up early: on a path of loads a shorter step is cheaper. In time a block may snap to
-another equilibrium, however short the step is. `ONCE`, for the first trial of a time step, gives up
-where iterates cycle over touching points.
+another equilibrium, however short the step is. `BRIEF` solves escape, but do not cycle for long.
 """
 
 from __future__ import annotations
@@ -42,20 +41,14 @@ WATCHDOG, LONG_WATCHDOG, MOST_WATCHDOGS = 2.0, 30.0, 4
 
 
 class Patience(NamedTuple):
-    """Largest numbers of Jacobians, of dampings, and of escapes in a solve, and of Jacobians in a
-    row that leave a small residual as it is.
-    """
+    """Largest numbers of Jacobians, of dampings, and of escapes in a solve."""
 
     jacobians: int
     dampings: int
     escapes: int
-    idle: int
 
 
-PATIENT, ONCE, QUICK = Patience(8, 8, 4, 8), Patience(8, 8, 4, 2), Patience(4, 4, 0, 4)
-# A residual is small below this part of the plate's force, and is left as it is above that part of
-# itself. Iterates then cycle over touching points.
-SMALL, LEFT = 1e-3, 0.5
+PATIENT, BRIEF, QUICK = Patience(8, 8, 4), Patience(4, 8, 4), Patience(4, 4, 0)
 
 
 class Solution(NamedTuple):
@@ -138,7 +131,6 @@ class Newton:
         self.kept, self.jacobians = kept, 0
         self._watchdogs = self._escapes = 0
         self._safe, self._fresh = equations.values.copy(), False
-        self._renewed: list[float] = []  # residuals (N) where Jacobians were renewed
 
     def solve(self, force: float | None) -> tuple[int, float]:
         """Iterations and final residual (N); force: of the plate, N, None if held.
@@ -155,9 +147,7 @@ class Newton:
                 return iteration, size
             smallest = min(size, smallest)
             change = self._kept_change() if change is None else change
-            if change is None and (
-                self.jacobians == self._most.jacobians or self._cycles(size, load)
-            ):
+            if change is None and self.jacobians == self._most.jacobians:
                 break
             change = self._new_change(size) if change is None else change
             start, before, gap = values.copy(), gap, equations.gap
@@ -224,12 +214,6 @@ class Newton:
             return None
         change = self._equations.change()
         return change if 0.0 < self._equations.length(change) < np.inf else None
-
-    def _cycles(self, size: float, load: float) -> bool:
-        """Whether the last Jacobians left a small residual as it is."""
-        self._renewed.append(size)
-        before = self._renewed[: -self._most.idle]
-        return bool(before) and LEFT * before[-1] < size < SMALL * load
 
     def _new_change(self, size: float) -> Array:
         """The change by a new Jacobian at a residual of `size` (N)."""
