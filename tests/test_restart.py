@@ -98,7 +98,7 @@ def contents(directory):
     return {path.name: path.read_bytes() for path in directory.rglob("*") if path.is_file()}
 
 
-ATTACHED, PASSING = "load.duration=2ms", ["ice.motion=sliding", "load.duration=0.2ms"]
+ATTACHED, PASSING = "load.duration=1ms", ["ice.motion=sliding", "load.duration=0.2ms"]
 
 SIPE = "rubber.sipes=[{position='0.3 mm', width='20 um', depth='2 mm'}]"
 CLOSED_SIPE = ["rubber.length=4mm", "rubber.height=3mm", SIPE, "rubber.wall_friction=0.3"]

@@ -87,7 +87,7 @@ def test_a_molecule_of_water_on_cold_ice_is_none(celsius):
 
 def test_a_control_that_finds_no_friction_leaves_the_others(tmp_path):
     """On 20 um of water thresholds hold a slip without friction; the peak has a ratio."""
-    cells = "".join(f"{0.012 * (i + 0.5):.6g},2e5\n" for i in range(10))
+    cells = "".join(f"{0.024 * (i + 0.5):.6g},2e5\n" for i in range(5))
     (tmp_path / "line.csv").write_text("x_m,pressure_Pa\n" + cells, encoding="utf-8")
     asked = {key: value for key, value in WHEEL.items() if key != "temperature"}
     asked["line"] = str(tmp_path / "line.csv")
