@@ -421,3 +421,10 @@ def test_shipped_tables_say_their_modulus():
     for name, modulus in (("A", 1.10e6), ("B", 1.64e6), ("C", 2.04e6)):
         file = Path(SURFACE).with_name(f"compound_{name}.csv")
         assert read_contact_table(file, "table").youngs_modulus == modulus
+
+
+def test_a_table_that_begins_too_high_for_fresh_contact_is_in_doubt():
+    """Fresh contact at 2 bar is that of a fiftieth of it in long-term rubber."""
+    stiff = scene(((0.98, TAU),), rubber={"modulus_is": "long-term"})
+    assert "decides k of fresh contact: a table from 0.04 bar on" in str(stiff.outside_table())
+    assert scene().outside_table() is None

@@ -240,10 +240,17 @@ class Scene(Tables):
         if not isinstance(table, ContactTable) or not table.outside(pressure):
             return None
         low, high = table.pressure[0] / BAR, table.pressure[-1] / BAR
-        return (
+        said = (
             f"k, D and H_V ({table.source}) are given from {low:g} to {high:g} bar; at the "
             f"nominal {pressure / BAR:g} bar the nearest end is taken"
         )
+        if self.film.contact_age and pressure / BAR < low:
+            first = self.given_table.pressure[0] / BAR * pressure / BAR / low
+            said += (
+                ", so the table's first row decides k of fresh contact: a table from "
+                f"{first:.2g} bar on is needed (iceslide roughness --pressures)"
+            )
+        return said
 
     @property
     def files(self) -> dict[tuple[str, str], Path]:
