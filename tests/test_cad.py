@@ -79,6 +79,8 @@ def spike(tip):
 box, groove = occ.addBox(-10, -5, 0, 20, 10, 8), occ.addBox(4, -6, -1, 2, 12, 4)
 holes = [(3, occ.addCylinder(-4, y, -1, 0, 0, 6, 1)) for y in (-2.5, 2.5)]
 occ.cut([(3, box)], [(3, groove), *holes]); save("holes")
+box, pocket = occ.addBox(-10, -5, 0, 20, 10, 8), occ.addBox(-2, -1, -1, 5, 3, 4)
+occ.cut([(3, box)], [(3, pocket)]); save("pocket")
 spike((1, 1, -3)); save("spike")
 sweep((-10, 0), (10, 0), (10, 8), (-10, 8), (-10, 5), (12, 4), (-10, 3)); save("notch")
 sweep((-10, 0), (10, 0), (-10, 8), (10, 8)); save("crossed")
@@ -296,6 +298,16 @@ def test_finer_cells_and_other_ones(treads):
     assert other.cell_type == "tetrahedron" and volume(other) == pytest.approx(0.5 * L * W * H)
     with pytest.raises(SceneError, match="no sweep along y and has faces that are neither flat"):
         tagged_rubber(scene(treads, "tapered", step_cells="hexahedra"))
+
+
+def test_a_pocket_is_left_out_of_a_grid(treads):
+    tagged = tagged_rubber(scene(treads, "pocket"))
+    assert tagged.cell_type == "hexahedron" and "symmetry" not in tagged.facets
+    assert volume(tagged) == pytest.approx(L * W * H - 5.0 * 3.0 * 3.0)
+    found = areas(tagged)
+    assert found["plate"] == pytest.approx(L * W)
+    assert found["walls"] == pytest.approx(2.0 * 5.0 * 3.0)  # those across 3 mm, not 5 mm
+    assert len(np.unique(tagged.points[:, 0])) * len(np.unique(tagged.points[:, 1])) < 400
 
 
 @pytest.mark.parametrize(("name", "sipes"), [("plain", ()), ("sipes4", (-6, -2, 2, 6))])

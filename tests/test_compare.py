@@ -112,13 +112,13 @@ def test_sentences_are_plain():
 
 def test_warnings_that_differ_in_numbers_are_one_with_their_ranges():
     said = [
-        "the film is 2.5 nm high; allowed: 5",
-        "the film is 0.9 nm high; allowed: 5",
+        "the film is 2.5 nm high at -4 degC on tyre_1; allowed: 5",
+        "the film is 0.9 nm high at -10 degC on tyre_1; allowed: 5",
         "there is no water",
     ]
     film, water = by_kind(zip("abc", said, strict=True))
     assert [name for name, _ in film] == ["a", "b"] and water == [("c", said[2])]
-    together = "the film is 0.9 to 2.5 nm high; allowed: 5"
+    together = "the film is 0.9 … 2.5 nm high at -10 … -4 degC on tyre_1; allowed: 5"
     assert in_ranges([each for _, each in film]) == together
 
 

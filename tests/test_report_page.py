@@ -592,7 +592,7 @@ def test_several_pages_are_set_against_the_first():
 def test_a_run_and_a_sweep_are_on_one_page(pages):
     page = page_of([pages["point"].parent, pages["sweep"].parent])
     assert {"Key results", "Cases in the order of the table sweep.csv"} <= {
-        part.caption for part in page.sections[1].parts
+        part.caption for part in page.sections[0].parts
     }
 
 

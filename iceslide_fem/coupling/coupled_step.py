@@ -330,15 +330,15 @@ class CoupledStep:
         """
         block, values = self._block, self._block.rubber.u.x.array
         before, force = values.copy(), block.friction_force(sheared)
-        under = load, force, slip, BRIEF if self.adaptive else PATIENT
+        law, patience = block.sliding(friction, speed), BRIEF if self.adaptive else PATIENT
         try:
-            return block.balance(block.sliding(friction, speed), *under).iterations
+            return block.balance(law, load, force, slip, patience).iterations
         except NotConverged:
             values[:] = before
             held = block.contact.pressure
             block.equilibrium.forget()
             law = block.held(friction, speed, held)
-            iterations = block.balance(law, *under).iterations
+            iterations = block.balance(law, load, force, slip).iterations
             ones, now = np.ones_like(held), block.contact
             taken, due = (sheared(p, ones)[0] for p in (held, now.pressure))
             if not self._error.is_quiet(taken.ravel(), due.ravel(), now.area.ravel()):

@@ -171,9 +171,10 @@ class Block:
         return most_slender(self.rubber.mesh, self.height, self.scene.rubber)
 
     def smallest_opening(self, below: float = np.inf) -> float:
-        """Smallest distance of facing walls of sipes and grooves, m, if `below` that. Collective.
+        """Smallest distance of facing walls of sipes and grooves, m. Collective.
 
-        Negative for penetration, infinite without walls and where it is not below.
+        Negative for penetration, infinite without walls. Of open walls it is infinite if it is not
+        `below` that.
         """
         walls = self.rubber.self_contact
         return np.inf if walls is None else walls.smallest_opening(self.rubber.displacements, below)

@@ -23,6 +23,8 @@ MOVED = 0.2  # of the smallest facet's size: by so much nodes move before neighb
 PROJECTIONS = 30
 CONVERGED = 1e-9  # change of a facet's coordinates; the error is of the order of its square
 BULGE = 0.2  # of its size: upper bound of a facet's curvature
+# Largest motion of a point of a quadratic facet over that of its nodes (Lebesgue's constant).
+OF_A_NODE = 1.67
 SLIPPED_OFF = 0.7  # a point is beside the end of a wall if the cosine to its normal is below this
 # Unit normals of a facet's rim in reference coordinates, and the rim's distances along them.
 _ROOT = 0.5**0.5
@@ -128,13 +130,14 @@ class FacingWalls:
         """Smallest distance (m) of the points `x` (F, q, d) from facing walls, as `nearest`, if it
         is `below` that; infinite else.
 
-        A point is only looked at if the walls have moved so far since it was looked at last.
+        A point is only looked at if walls have moved so far since the last time that it may be so
+        near.
         """
         shape = positions - positions.mean(axis=(0, 1))
         if self._visited is None:
             self._visited = shape, np.full(x.shape[:2], -np.inf)
         before, least = self._visited
-        least -= 2.0 * np.linalg.norm(shape - before, axis=2).max(initial=0.0)
+        least -= 2.0 * OF_A_NODE * np.linalg.norm(shape - before, axis=2).max(initial=0.0)
         slave, point, _ = self._facing(positions, x)
         found = self._among((least < below)[slave, point], positions, x)
         least[found.point] = found.opening

@@ -48,7 +48,7 @@ class Patience(NamedTuple):
     escapes: int
 
 
-PATIENT, BRIEF, QUICK = Patience(8, 8, 4), Patience(4, 8, 4), Patience(4, 4, 0)
+PATIENT, BRIEF, QUICK = Patience(8, 8, 4), Patience(4, 8, 3), Patience(4, 4, 0)
 
 
 class Solution(NamedTuple):

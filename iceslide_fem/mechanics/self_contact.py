@@ -207,9 +207,9 @@ class SelfContact:
         return stick_points, heat
 
     def smallest_opening(self, u: Array, below: float) -> float:
-        """Smallest distance of a wall point from a facing wall, m, if `below` that. Collective.
+        """Smallest distance of a wall point from a facing wall, m. Collective.
 
-        Negative for penetration, infinite without facing walls and where it is not below.
+        Negative for penetration. Of open walls it is infinite if it is not `below` that.
         """
         positions = self.deformed(u)
         inside = self.pressing_at(positions).opening

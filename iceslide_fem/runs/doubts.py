@@ -18,7 +18,7 @@ from iceslide_fem.scene.distribution import inputs_of
 # thesis_1bar; docs/validation/published.md).
 LATERAL_FRACTION = 0.1
 
-NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e[+-]?\d+)?")  # in a sentence
+NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?!\w)")  # in a sentence
 Name = TypeVar("Name")
 
 
@@ -50,7 +50,7 @@ def in_ranges(sentences: Sequence[str]) -> str:
 
     def between(_: re.Match[str]) -> str:
         some = sorted(set(next(of_all)), key=float)
-        return some[0] if len(some) == 1 else f"{some[0]} to {some[-1]}"
+        return some[0] if len(some) == 1 else f"{some[0]} … {some[-1]}"
 
     return NUMBER.sub(between, sentences[0])
 

@@ -30,11 +30,11 @@ def report(folders: Sequence[Path], out: Path | None = None, title: str | None =
         out = folders[0] / FILE if len(folders) == 1 else Path("results") / _named(folders)
     elif out.suffix.lower() not in (".html", ".htm"):
         raise SceneError(f"--out {out} is no page: give a file that ends in .html")
+    if title is not None and not title.strip():
+        raise SceneError(f'a title is a text; given: --title "{title}"')
     check_writable(out.parent)
     page = page_of(folders)
     if title is not None:
-        if not title.strip():
-            raise SceneError('a title is a text; given: --title ""')
         page = page._replace(title=title.strip())
     with writing(out):
         out.parent.mkdir(parents=True, exist_ok=True)

@@ -27,10 +27,8 @@ def page_of_pages(pages: Mapping[str, Page], command: str) -> Page:
     """Page that compares pages with the first one, by their names; command: what makes it again."""
     first = next(iter(pages))
     stopped = [f"{name}: {page.stopped}" for name, page in pages.items() if page.stopped]
-    sections = [
-        Section("scenes", "In what they differ", [_different(pages)]),
-        Section("results", f"Results, against {first}", _tables(pages)),
-    ]
+    sections = [Section("scenes", "In what they differ", [table]) for table in _different(pages)]
+    sections.append(Section("results", f"Results, against {first}", _tables(pages)))
     if drawn := _drawn(pages):
         sections.append(Section("curves", "Curves and maps", drawn))
     sections += [
@@ -59,21 +57,25 @@ def _texts(pages: Mapping[str, Page], section: str) -> list[Text]:
     ]
 
 
-def _different(pages: Mapping[str, Page]) -> Table | Text:
-    """Options and keys of scenes that are not the same in all."""
+def _different(pages: Mapping[str, Page]) -> list[Table | Text]:
+    """Options and keys of scenes that are not the same in all; none where a page does not say
+    them.
+    """
     of_page: list[dict[str, str]] = [{} for _ in pages]
     for found, page in zip(of_page, pages.values(), strict=True):
         for part in (*_parts(page, "again"), *_parts(page, "scene")):
             if isinstance(part, Table) and part.caption in (OPTIONS, SCENES):
                 found |= {row[0].text: row[1].text for row in part.rows}
+    if not all(of_page):
+        return []
     rows = []
     for key in {key: None for found in of_page for key in found}:
         texts = [found.get(key, "–") for found in of_page]
         if len(set(texts)) > 1:
             rows.append([Cell(text) for text in (key, *texts)])
     if not rows:
-        return Text("All of them have the same options.")
-    return Table("Options and keys", ["", *pages], rows)
+        return [Text("All of them have the same options.")]
+    return [Table("Options and keys", ["", *pages], rows)]
 
 
 def _tables(pages: Mapping[str, Page]) -> list[Part]:

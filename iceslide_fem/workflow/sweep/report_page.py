@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import re
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +17,7 @@ from iceslide_fem.postprocess.report.page import (
     Table,
     Text,
 )
-from iceslide_fem.runs.doubts import by_kind
+from iceslide_fem.runs.doubts import NUMBER, by_kind
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.fields import typed
 from iceslide_fem.scene.variation import quantity_or_none
@@ -131,7 +130,7 @@ def warnings_of(data: xr.Dataset, table: pd.DataFrame) -> list[Text]:
 
 def _numbers(sentence: str) -> list[float]:
     """The numbers in a warning, by which the cases that give it are sorted."""
-    return [float(each) for each in re.findall(r"\d+(?:\.\d+)?", sentence)]
+    return [float(each) for each in NUMBER.findall(sentence)]
 
 
 def _scene(data: xr.Dataset, keys: list[str]) -> list[Text]:
