@@ -40,7 +40,8 @@ def _measured(found: Calibration) -> list[Chart]:
         said = "Measured friction and that of the fitted parameters."
         return [Chart("series", "mu over time", said, "time (ms)", "mu", curves)]
     loads, result = problem.measured.rows.of(problem.scene), []
-    for name in problem.measured.varied:
+    given = problem.measured.varied
+    for name in [one for one in given if np.ptp(loads[one]) > 0.0] or given:
         label, factor, zero, scale = LOADS[name]
         x = factor * (loads[name][row] - zero)
         curves = [
