@@ -7,11 +7,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from iceslide_fem.runtime.errors import IceslideError
-from iceslide_fem.scene.command_options import CommandOptions
+from iceslide_fem.scene.command_options import CommandOptions, renamed
 
 _RESTART = re.compile(r"\biceslide run --restart ([^\s;,)]+)")
 _COMMAND = re.compile(r"\biceslide (?=[a-z]+\b)")
-_OPTION = re.compile(r"(?<![\w/-])--[a-z]+(?:-[a-z]+)*")
 _ARGUMENTS = {"--force": "force=True", "--set": "overrides"}
 
 
@@ -44,7 +43,5 @@ def _in_python(sentence: str, names: dict[str, str]) -> str:
     sentence = _RESTART.sub(r'run(scene, "\1", restart=True)', sentence)
     for label in (name for name in names if not name.startswith("--")):
         sentence = re.sub(rf"(?<![\w./]){re.escape(label)}(?![\w/])", names[label], sentence)
-    sentence = _OPTION.sub(
-        lambda found: names.get(found[0], found[0][2:].replace("-", "_")), sentence
-    )
+    sentence = renamed(sentence, lambda name: names.get(name, name[2:].replace("-", "_")))
     return _COMMAND.sub("iceslide_fem.", sentence)

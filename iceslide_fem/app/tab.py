@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from iceslide_fem.app.form import Slider, Texts, chosen, dry_without_meaning, named_in
-from iceslide_fem.scene.command_options import CommandOptions
+from iceslide_fem.scene.command_options import CommandOptions, option_name, renamed
 
 SWITCH = {"no": False, "yes": True}  # texts of an option without a value
 
@@ -95,11 +94,8 @@ class Tab(NamedTuple):
         """The sentence with labels of fields in place of the command's options."""
         labels = {slider.key: slider.label for slider in self.sliders} | dict(self.texts)
         labels |= {key: label for key, label, _ in self.choices}
-        for key, field in self.case.model_fields.items():
-            label = f'"{labels[key]}"' if key in labels else key.replace("_", " ")
-            if (name := str(field.alias)).startswith("--"):
-                sentence = re.sub(rf"(?<![\w-]){name}(?![\w-])", label, sentence)
-        return sentence
+        names = {option_name(key): f'"{label}"' for key, label in labels.items()}
+        return renamed(sentence, lambda name: names.get(name, name[2:].replace("-", " ")))
 
     @property
     def _keys(self) -> list[str]:

@@ -98,6 +98,12 @@ class Grading(NamedTuple):
         one, other = (self.half((high - low) / 2, cut) for cut in (first, last))
         return np.concatenate([low + one, high - other[-2::-1]])
 
+    def from_plane(self, low: float, high: float, cut: bool = False) -> Lines:
+        """Lines from a plane of symmetry to an end, which may have a cut edge."""
+        line = high - self.half(high - low, cut)[::-1]
+        line[0] = low
+        return line
+
 
 class Span(NamedTuple):
     """A lug, or a slot or channel between lugs, along x or y, from `low` to `high`, m.
@@ -223,8 +229,7 @@ def _spans(
         first = last and not inside
         begin, end = low + reach * first, high - reach * last
         if inside:
-            middle = end - sized.half(end - begin, last)[::-1]
-            middle[0] = begin
+            middle = sized.from_plane(begin, end, last)
         else:
             middle = sized.between(begin, end, first, last)
         found.append(Span(low, high, middle, (first, last), depth))

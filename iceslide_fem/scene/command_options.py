@@ -30,6 +30,7 @@ from iceslide_fem.scene.units import Quantity
 from iceslide_fem.scene.variation import FIELDS, quantity_or_none
 
 DIGITS = 5  # of values that are shown
+_OPTION = re.compile(r"(?<![\w/-])--[a-z]+(?:-[a-z]+)*")
 # Keys of options, what they are of, and the key of the option that asks for it.
 Part = tuple[Sequence[str], str, str]
 
@@ -43,6 +44,11 @@ def option_names(*positional: str, **others: str) -> Callable[[str], str]:
     """`option_name`, except for positional arguments of a command, and `others` by their keys."""
     names = {key: key.upper() for key in positional} | others
     return lambda key: names.get(key, option_name(key))
+
+
+def renamed(sentence: str, name_of: Callable[[str], str]) -> str:
+    """The sentence with the name that `name_of` gives to each option in it."""
+    return _OPTION.sub(lambda found: name_of(found[0]), sentence)
 
 
 def as_number(value: Any) -> Any:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from iceslide_fem.runtime.arrays import plain
@@ -54,3 +54,18 @@ def flat(tables: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
         else:
             result[prefix + key] = value
     return result
+
+
+def beside(tables: Sequence[Mapping[str, Any]]) -> dict[str, list[Any]]:
+    """Values of all keys of flat tables, one of each table, None where it has none."""
+    keys = dict.fromkeys(key for table in tables for key in table)
+    return {key: [table.get(key) for table in tables] for key in keys}
+
+
+def different(tables: Sequence[Mapping[str, Any]]) -> dict[str, list[Any]]:
+    """Those of `beside` whose values are not the same in all tables."""
+    return {
+        key: values
+        for key, values in beside(tables).items()
+        if any(value != values[0] for value in values)
+    }

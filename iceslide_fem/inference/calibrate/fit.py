@@ -77,7 +77,7 @@ def fit(problem: Problem, level: float = LEVEL) -> Fit:
     _, singular, directions = np.linalg.svd(best.slope, full_matrices=False)
     # A direction that is not determined is as uncertain as the bounds are wide.
     widest = float((problem.high - problem.low).max())
-    least = max(1e-12 * singular[0], np.sqrt(variance) / widest, 1e-12)
+    least = max(1e-12 * max(singular[0], 1.0), np.sqrt(variance) / widest)
     covariance = (directions.T * (variance / np.maximum(singular, least) ** 2)) @ directions
     ends = []
     with LongTask(p) as task:

@@ -19,6 +19,7 @@ from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.files import replace_file
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import flat
+from iceslide_fem.scene.nested import different
 
 TABLE, RUNS = "compare.csv", "cases"
 UNITS = {"deceleration": "m/s²"}
@@ -184,14 +185,8 @@ def _runs(case: CompareCase) -> list[list[str]]:
 
 def _different(case: CompareCase) -> dict[str, list[Any]]:
     """Keys in which candidates differ, with their values, SI."""
-    tables = [flat(one.tables) for one in case.candidates]
-    keys = dict.fromkeys(key for table in tables for key in table)
-    values = {key: [table.get(key) for table in tables] for key in keys}
-    return {
-        key: some
-        for key, some in values.items()
-        if key not in ("name", "wheel.scene") and any(value != some[0] for value in some)
-    }
+    found = different([flat(one.tables) for one in case.candidates])
+    return {key: values for key, values in found.items() if key not in ("name", "wheel.scene")}
 
 
 def write(case: CompareCase, found: Comparison, out: Path) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 
 from iceslide_fem.mesh.box import EDGE_CELL, EDGE_SLOPE, LARGEST_CELL, box_lines, reference_cells
 from iceslide_fem.mesh.cad.collected import Meshed, collected
-from iceslide_fem.mesh.cad.solids import FLAT, LOOSE, BadCad, across, box_of, edges, outer_faces
+from iceslide_fem.mesh.cad.solids import BadCad, across, box_of, edges, outer_faces, tolerance
 from iceslide_fem.mesh.gmsh_model import QUADRILATERALS, grade
 from iceslide_fem.mesh.shape import BlockShape
 from iceslide_fem.runtime.arrays import Array
@@ -42,7 +42,7 @@ def is_symmetric(height: float) -> bool:
 
 def is_swept(low: Array, high: Array) -> bool:
     """Whether the solid is a sweep along y: two flat ends, and all other normals across y."""
-    near = FLAT * float((high - low).max()) + LOOSE
+    near = tolerance(high - low)
     ends = 0
     for face in outer_faces():
         first, last = box_of([(2, face)])
@@ -80,7 +80,7 @@ def tetrahedra(low: Array, high: Array, refinement: float) -> Meshed:
         occ.synchronize()
     except Exception:  # OpenCASCADE cannot stretch tips of cones and poles of some spheres
         stretch, cells = np.ones(3), cells[:1]
-    near = FLAT * height + LOOSE
+    near = tolerance(height)
     curves = []
     for entity in edges():
         first, last = box_of([entity])
@@ -98,7 +98,7 @@ def hexahedra(low: Array, high: Array, refinement: float) -> Meshed:
     symmetric = is_symmetric(float(high[2]))
     block = shape_of(low, high, symmetric)
     cells, reach = reference_cells(block, refinement)
-    near = FLAT * float((high - low).max()) + LOOSE
+    near = tolerance(high - low)
     ends = [
         (2, face) for face in outer_faces()
         if all(abs(one[1] - high[1]) < near for one in box_of([(2, face)]))
@@ -137,7 +137,7 @@ def section(low: Array, high: Array, at: float, refinement: float) -> Meshed:
             f"{high[1]:.6g} mm"
         )
     first, last = box_of(faces)
-    near = FLAT * float(size.max()) + LOOSE
+    near = tolerance(size)
     if first[2] > near:
         raise BadCad(
             f"is {first[2]:.4g} mm above the ice at rubber.step_plane = {at:.6g} mm, in a groove "
@@ -160,7 +160,7 @@ def section(low: Array, high: Array, at: float, refinement: float) -> Meshed:
 
 def _touching(size: float) -> str:
     """Where the flat lowest faces are across the slide, in words."""
-    near, ends = FLAT * size + LOOSE, []
+    near, ends = tolerance(size), []
     for face in outer_faces():
         first, last = box_of([(2, face)])
         if last[2] < near:

@@ -14,14 +14,13 @@ import numpy as np
 from iceslide_fem.mesh.box import Grading, joined
 from iceslide_fem.mesh.cad.cells import grade_cells
 from iceslide_fem.mesh.cad.collected import elements
-from iceslide_fem.mesh.cad.solids import box_of
+from iceslide_fem.mesh.cad.solids import SAME, box_of
 from iceslide_fem.mesh.gmsh_model import QUADRILATERALS, nodes_of
 from iceslide_fem.mesh.grid import Lines
 from iceslide_fem.mesh.named_cells import KINDS
 from iceslide_fem.mesh.tagged import IntArray
 from iceslide_fem.runtime.arrays import Array
 
-SAME = 1e-6  # relative tolerance of areas
 MOST = 12  # rectangles between a grid's lines, per face
 
 
@@ -115,10 +114,7 @@ def _line(at: Array, sized: Grading, near: float, halved: bool) -> tuple[Lines, 
     """Lines through all positions `at`, and the places of these; halved: the first is no edge."""
     ends = np.unique(at)
     ends = ends[np.diff(ends, prepend=-np.inf) > near]
-    parts = [
-        high - sized.half(high - low, False)[::-1] if halved and low == ends[0]
-        else sized.between(low, high)
-        for low, high in pairwise(ends)
-    ]  # fmt: skip
+    first = [sized.from_plane(ends[0], ends[1])] if halved else []
+    parts = first + [sized.between(low, high) for low, high in pairwise(ends[len(first) :])]
     places = np.cumsum([0, *(len(part) - 1 for part in parts)]).tolist()
     return joined(parts), places

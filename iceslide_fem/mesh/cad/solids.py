@@ -18,7 +18,7 @@ AXES = {
 }  # fmt: skip
 LEAST_HEAL = 1e-6  # mm: gaps that are rounding
 HEALS = 1e-3, 1e-2, 0.1  # mm, tried to name the gap of a file whose faces do not close
-SAME = 1e-6  # relative tolerance of volumes
+SAME = 1e-6  # relative tolerance of volumes and areas
 SHORTEST = 1e-6  # of the largest side: edges that can be meshed
 FLAT = 1e-5  # of the largest side: tolerance of a flat face
 UPRIGHT = 1e-6  # component of a normal
@@ -158,6 +158,11 @@ def edges() -> list[Entity]:
     return [edge for edge in gmsh.model.getEntities(1) if gmsh.model.getType(*edge) != "Unknown"]
 
 
+def tolerance(size: Array | float) -> float:
+    """Within which positions are the same in solids of this size, or these sizes, file units."""
+    return FLAT * float(np.max(size)) + LOOSE
+
+
 def box_of(entities: Sequence[Entity]) -> tuple[Array, Array]:
     """Lower and upper corner of the box around entities, file units."""
     boxes = np.array([gmsh.model.getBoundingBox(*one) for one in entities])
@@ -170,7 +175,7 @@ def flat_ends(heal: float) -> dict[str, float]:
     heal: width of gaps that are closed, by which boxes are larger.
     """
     low, high = box_of(gmsh.model.getEntities(3))
-    near = FLAT * float((high - low).max()) + LOOSE + 2.0 * heal
+    near = tolerance(high - low) + 2.0 * heal
     ends = dict.fromkeys(AXES, 0.0)
     for face in outer_faces():
         first, last = box_of([(2, face)])

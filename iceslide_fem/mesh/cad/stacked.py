@@ -16,14 +16,14 @@ from iceslide_fem.mesh.box import Grading, reference_cells
 from iceslide_fem.mesh.cad.cells import is_symmetric, shape_of
 from iceslide_fem.mesh.cad.collected import Meshed
 from iceslide_fem.mesh.cad.plan import Plan, plan_cells
-from iceslide_fem.mesh.cad.solids import FLAT, LOOSE, across, box_of
+from iceslide_fem.mesh.cad.solids import across, box_of, tolerance
 from iceslide_fem.mesh.tagged import IntArray, TaggedMesh, outer_facets
 from iceslide_fem.runtime.arrays import Array
 
 
 def heights(low: Array, high: Array) -> list[float]:
     """Heights of the flat faces, from 0 up; none if a face is neither flat nor upright."""
-    near = FLAT * float((high - low).max()) + LOOSE
+    near = tolerance(high - low)
     found = [0.0]
     for _, face in gmsh.model.getEntities(2):
         first, last = box_of([(2, face)])
@@ -41,8 +41,7 @@ def stacked(low: Array, high: Array, levels: Sequence[float], refinement: float)
     block = shape_of(low, high, symmetric)
     cells, reach = reference_cells(block, refinement)
     parts = _plan(low, high, levels, symmetric)
-    near = FLAT * float((high - low).max()) + LOOSE
-    plan = plan_cells(cells[:2], reach, near, symmetric)
+    plan = plan_cells(cells[:2], reach, tolerance(high - low), symmetric)
     sized, z, hexahedra = Grading(cells[2], reach, None, 0.0), [0.0], []
     for (bottom, top), part in zip(pairwise(levels), parts, strict=True):
         here = plan.quads[np.isin(plan.face, part)]

@@ -18,6 +18,7 @@ from iceslide_fem.postprocess.report.page import (
     Table,
     Text,
 )
+from iceslide_fem.scene.nested import beside, different
 
 CELSIUS, SECONDS = "°C", "seconds"  # whose percent mean nothing
 _NUMBER = re.compile(r"([+-]?\d+(?:\.\d*)?(?:e[+-]?\d+)?)(.*)", re.DOTALL)
@@ -68,11 +69,10 @@ def _different(pages: Mapping[str, Page]) -> list[Table | Text]:
                 found |= {row[0].text: row[1].text for row in part.rows}
     if not all(of_page):
         return []
-    rows = []
-    for key in {key: None for found in of_page for key in found}:
-        texts = [found.get(key, "–") for found in of_page]
-        if len(set(texts)) > 1:
-            rows.append([Cell(text) for text in (key, *texts)])
+    rows = [
+        [Cell(key), *(Cell("–" if text is None else text) for text in texts)]
+        for key, texts in different(of_page).items()
+    ]
     if not rows:
         return [Text("All of them have the same options.")]
     return [Table("Options and keys", ["", *pages], rows)]
@@ -97,8 +97,8 @@ def _side_by_side(caption: str, tables: Mapping[str, Table]) -> Table:
     """A column for each page, with percent of the first one where both are numbers."""
     columns = [{row[0].text: row[1].text for row in table.rows} for table in tables.values()]
     rows = []
-    for label in {label: None for column in columns for label in column}:
-        texts = [column.get(label, "–") for column in columns]
+    for label, found in beside(columns).items():
+        texts = ["–" if text is None else text for text in found]
         rows.append([Cell(label), *(_against(text, texts[0], label) for text in texts)])
     return Table(caption, ["", *tables], rows)
 

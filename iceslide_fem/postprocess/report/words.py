@@ -15,6 +15,7 @@ from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import Scene, as_toml, flat, scene_from_dict
 from iceslide_fem.scene.fields import number_text
 from iceslide_fem.scene.materials import BAR
+from iceslide_fem.scene.nested import beside, different
 from iceslide_fem.scene.toml import without_none
 from iceslide_fem.scene.variation import quantity_or_none
 
@@ -204,13 +205,11 @@ _COST = {
 def all_keys(scenes: Mapping[str, Mapping[str, Any]], only_different: bool = False) -> Table:
     """The keys of one or more scenes, with units."""
     tables = [flat(scene) for scene in scenes.values()]
-    rows = []
-    for key in {key: None for table in tables for key in table}:
-        values = [table.get(key) for table in tables]
-        if any(value is not None for value in values) and (
-            not only_different or any(value != values[0] for value in values[1:])
-        ):
-            rows.append([Cell(key), *(Cell(_shown(value, key)) for value in values)])
+    rows = [
+        [Cell(key), *(Cell(_shown(value, key)) for value in values)]
+        for key, values in (different if only_different else beside)(tables).items()
+        if any(value is not None for value in values)
+    ]
     return Table(SCENES, ["key", *scenes], rows)
 
 
